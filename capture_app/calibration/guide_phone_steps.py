@@ -18,6 +18,7 @@ from capture_app.calibration.guide_steps import (
     as_path,
     astray,
 )
+from capture_app.calibration.mount_look import ENOUGH, HELD_OFF, look_at_points
 from ingest.calibration.board.board_place import BoardPlace, load_place, place_from_points
 from ingest.calibration.board.board_sheet import PAPERS, preset_for
 from ingest.calibration.board.board_spec import Board, parse_board
@@ -40,8 +41,6 @@ _PRECISIONS = (
     ("printed or milled after the drawing", PRINTED),
     ("measured with a ruler and by eye", MEASURED),
 )
-ENOUGH = 3
-"""Points that give a mount."""
 POINTS: tuple[str, ...] = (
     "top left back corner",
     "top right back corner",
@@ -64,8 +63,6 @@ POINTS: tuple[str, ...] = (
     "lens",
 )
 """Points of the phone that are offered."""
-_HELD_OFF = 0.3
-"""Metres from the surface to a phone in a clamp, at most."""
 
 
 def _ask_model(prompt: Prompt, state: GuideState) -> Words:
@@ -139,20 +136,10 @@ def _typed_point(prompt: Prompt, name: str, count: int) -> PointPair | Path | st
 
 
 def _check_pairs(pairs: list[PointPair], state: GuideState) -> Finding:
-    picked = mount_from_pairs(pairs, state.model)
-    names, places = [pair.name for pair in pairs], np.array([pair.object for pair in pairs])
-    doubts = astray(state.object_mesh, names, places, _HELD_OFF)
-    notes = (picked.mount.note,) if picked.mount.note else ()
-    if picked.fit.loose or not picked.fit.kept.all():
-        doubts, notes = doubts + notes, ()
-    if len(pairs) == ENOUGH:
-        notes += ("Three points fit nearly always: a fourth would show a mistake.",)
-    rms, worst = picked.mount.residuals["rms_mm"], picked.mount.residuals["worst_mm"]
-    return Finding(
-        f"{len(pairs)} points, which fit the phone within {rms:.1f} mm (worst {worst:.1f})",
-        doubts,
-        notes,
-    )
+    looked = look_at_points(pairs, state.model, state.object_mesh)
+    if looked.mount is None:
+        mount_from_pairs(pairs, state.model)  # says why
+    return looked.finding
 
 
 PICKED = GuideStep(
@@ -182,7 +169,7 @@ def _ask_drawn_place(prompt: Prompt, state: GuideState) -> Words:
             f"That is {np.linalg.norm(place):.0f} m from the object's origin.",
             fix="Give metres: 120 mm are 0.12.",
         )
-    off = astray(state.object_mesh, [point], place[None], _HELD_OFF)
+    off = astray(state.object_mesh, [point], place[None], HELD_OFF)
     if not prompt.accept(Finding(f"{point} at {' '.join(f'{x:g}' for x in place)} m", off)):
         raise AgainError
     return [*words, "--xyz", xyz]

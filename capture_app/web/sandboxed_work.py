@@ -6,8 +6,9 @@ the children alone.
 """
 
 import json
+from base64 import b64encode
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -24,6 +25,7 @@ from capture_app.calibration.guide_recordings import (
     turned_recording,
 )
 from capture_app.calibration.guide_steps import Finding
+from capture_app.calibration.mount_look import look_at
 from capture_app.commands.calibrate import DrawingWay, PointsWay
 from capture_app.inspection import Inspection, inspect_take
 from capture_app.report_page import report_page
@@ -429,6 +431,24 @@ def identity(target: Path) -> dict[str, Any]:
     """Write the mount of a phone that is the object."""
     save_mount(identity_mount(), target)
     return {}
+
+
+def look_at_mount(way: DrawingWay | PointsWay) -> dict[str, Any]:
+    """Return what a mount that is still being typed implies, and the phone on the object as a scene.
+
+    Raises:
+        InputError: as `look_at` and `load_mesh`.
+    """
+    from capture_app.replay.scene_pack import pack_object
+
+    file = way.mesh_file
+    mesh = None if file is None else load_mesh(file.path, scale=file.scale)
+    finding, mount = look_at(way, mesh)
+    scene = ""
+    if mesh is not None and mount is not None:
+        bare = replace(mesh, faces=mesh.faces[:0], texture=None)
+        scene = b64encode(pack_object(bare, mount)).decode()
+    return {**finding._asdict(), "scene": scene}
 
 
 def by_hand(target: Path, way: DrawingWay | PointsWay) -> dict[str, Any]:

@@ -110,6 +110,28 @@ async def calibrate(site: Here, given: Annotated[MountForm, Body()]) -> LibraryI
     return item(id_, info)
 
 
+class MountLooked(DescribedModel):
+    """What a mount implies that is still being typed or clicked."""
+
+    good: str
+    """What there is, and how it fits, in a line."""
+    doubts: list[str]
+    """What speaks against it, and what to look at, in sentences."""
+    notes: list[str]
+    """What else it implies, in sentences."""
+    scene: str
+    """The phone on the object as a scene pack (docs/replay.md) in base64; "" while it is not determined."""
+
+
+@router.post("/look")
+async def look_at_mount(
+    site: Here, given: Annotated[DrawingForm | PointsForm, Body(discriminator="method")]
+) -> MountLooked:
+    """Look at a mount before it is made; of points two are enough. Nothing is kept."""
+    looked = await site.sandbox.run(sandboxed_work.look_at_mount, _way(site, new_id(), given))
+    return MountLooked.model_validate(all_in_page_words(looked, "calibrate"))
+
+
 def _way(site: Site, id_: str, given: MountForm) -> HandWay:
     """Return what a form says, with the path of the object in place of its id."""
     way = PointsWay if isinstance(given, PointsForm) else DrawingWay

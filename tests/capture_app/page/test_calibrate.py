@@ -72,12 +72,45 @@ def test_points_typed_give_a_mount_with_its_error(tabs, server, example):
         for axis, value in zip("xyz", place, strict=True):
             page.get_by_label(f"{axis} (cm)").fill(str(value))
         page.get_by_role("button", name="Add this point").click()
-    expect(page.get_by_text("Good. Keep this mount, or add more points.")).to_be_visible()
+        if name == CORNERS[1][0]:
+            expect(
+                page.get_by_text(re.compile("cm apart here, .* on the iPhone 15 Pro"))
+            ).to_be_visible()
+    expect(
+        page.get_by_text(re.compile(r"^✓ \d points, which fit the phone within"))
+    ).to_be_visible()
+    expect(page.get_by_text(re.compile("those of its far end, .* away"))).to_be_visible()
     page.get_by_role("button", name="Keep this mount").click()
     page.wait_for_url(re.compile("#/mounts/"))
     expect(page.get_by_text(re.compile(r"± \d+\.\d mm"))).to_be_visible()
     mount = _use(page, server, example)
     assert (mount["method"], mount["object"]) == ("points", example["object"])
+
+
+def test_points_that_do_not_fit_are_told_while_they_are_placed(tabs, server, example):
+    page = _start(tabs, server, example, "points")
+    page.get_by_text("Type the place instead of clicking").click()
+    for k, (name, place) in enumerate(CORNERS):
+        page.get_by_label("This point of the phone").select_option(name)
+        for axis, value in zip("xyz", place, strict=True):
+            page.get_by_label(f"{axis} (cm)").fill(str(value + 4 * (k == 1 and axis == "z")))
+        page.get_by_role("button", name="Add this point").click()
+    expect(
+        page.get_by_text(re.compile("fit the phone to .* mm only|do not fit together"))
+    ).to_be_visible()
+    expect(page.get_by_text(re.compile(r"^✓"))).to_have_count(0)
+
+
+def test_numbers_show_the_phone_on_the_object_while_they_are_typed(tabs, server, example):
+    page = _start(tabs, server, example, "drawing")
+    canvas = page.locator(".stage canvas")
+    expect(page.locator(".stage-message p")).to_have_count(0)
+    before = canvas.screenshot()
+    for axis, value in zip("xyz", (20, 0, 10), strict=True):
+        page.get_by_label(f"{axis} (cm)").fill(str(value))
+    expect(page.get_by_text(re.compile("those of its far end, .* to .* mm"))).to_be_visible()
+    page.wait_for_timeout(1000)
+    assert canvas.screenshot() != before
 
 
 @pytest.mark.slow

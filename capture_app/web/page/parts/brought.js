@@ -85,10 +85,12 @@ export function brought({
 
 const SHELVES = { session: "sessions", video: "videos", material: "materials" };
 
-/** @param {Looked} looked */
-function found({ good, doubts, notes }) {
+/** What a look showed. @param {Looked} looked */
+export function found({ good, doubts, notes }) {
   return [
-    h("p", { class: "good" }, h("span", { "aria-hidden": "true" }, "✓ "), good),
+    doubts.length
+      ? h("p", {}, good)
+      : h("p", { class: "good" }, h("span", { "aria-hidden": "true" }, "✓ "), good),
     doubts.length > 0 &&
       h(
         "div",

@@ -3,6 +3,7 @@ import { h } from "../core/dom.js";
 import { sides } from "../core/words.js";
 import { showAxes } from "./axes.js";
 import { choice, number } from "./fields.js";
+import { mountLook } from "./mount_look.js";
 import { mountForm, objectField, phoneFields } from "./mount_form.js";
 import { Stage } from "./stage.js";
 /** @import {Context} from "../calibrate/recorded.js" */
@@ -43,7 +44,6 @@ export function drawingForm({ choices, objects, object, back, signal }) {
   const sure = choice("How do you know", SURE, { value: "3" });
   const xyz = () => place.map((one) => (one.read() ?? 0) / 100);
   for (const one of place) one.input.addEventListener("input", () => stage.mark([xyz()]));
-  show(object);
   const content = h(
     "div",
     { class: "stack" },
@@ -72,10 +72,15 @@ export function drawingForm({ choices, objects, object, back, signal }) {
     sigma_mm: Number(sure.read()),
     sigma_deg: Number(sure.read()),
   });
+  const said = () => thing.read() && phone.known() && place.every((one) => one.read() !== null);
+  const look = mountLook({ stage, read: () => (said() ? read() : null), signal });
+  for (const event of ["input", "change"]) content.addEventListener(event, look.ask);
+  stage.addEventListener("opened", look.ask);
+  show(object);
   return h(
     "div",
     { class: "split" },
     h("section", { class: "card" }, mountForm({ back, name: "Mount by numbers", content, read })),
-    h("div", { class: "stack" }, stage.node, size),
+    h("div", { class: "stack" }, stage.node, size, look.node),
   );
 }

@@ -82,6 +82,8 @@ export function phoneFields(phones) {
   show();
   return {
     node: h("div", { class: "stack" }, model.node, measured),
+    /** Whether all is said that is asked. */
+    known: () => measured.hidden || ruler.every((one) => one.read() !== null),
     read: () => ({
       phone: model.read() || "measured",
       ruler: chosen()?.lens_known ? null : ruler.map((one) => one.read()),

@@ -1,5 +1,6 @@
 // The mount by points: each a point of the phone, clicked where it was on the object.
 import { h } from "../core/dom.js";
+import { mountLook } from "./mount_look.js";
 import { mountForm, objectField, phoneFields } from "./mount_form.js";
 import { phonePicture } from "./phone_picture.js";
 import { PointPicker } from "./pick_points.js";
@@ -25,7 +26,14 @@ export function pointsForm({ choices, objects, object, back, signal }) {
     pairs: picker.points.map(({ name, at }) => ({ phone: name, point: at })),
     sigma_mm: 2,
   });
-  const content = h("div", { class: "stack" }, thing.node, phone.node, picker.content);
+  const look = mountLook({
+    stage: picker.stage,
+    read: () => (picker.points.length >= 2 && phone.known() ? read() : null),
+    signal,
+  });
+  picker.addEventListener("change", look.ask);
+  phone.node.addEventListener("change", look.ask);
+  const content = h("div", { class: "stack" }, thing.node, phone.node, picker.content, look.node);
   return h(
     "div",
     { class: "split" },
@@ -46,5 +54,5 @@ function words({ chosen, left }) {
   if (left > 0)
     return `Click where the phone's “${chosen}” is on the object. ${left} more at least.`;
   if (left === 0) return "Enough to try. One or two more, far from the others, show mistakes.";
-  return "Good. Keep this mount, or add more points.";
+  return "Does the phone stand as you clamped it? Then keep this mount, or add more points.";
 }

@@ -127,6 +127,15 @@ export class Stage extends EventTarget {
     this.dispatchEvent(new Event("opened"));
   }
 
+  /** A scene over the first one, or none. @param {ArrayBuffer | null} pack */
+  async over(pack) {
+    const viewer = await this.ready();
+    if (!viewer?.header(0)) return;
+    viewer.arrange("over");
+    if (pack) await viewer.load(pack, { slot: 1 });
+    else viewer.unload(1);
+  }
+
   /** @param {Viewer} viewer */
   async drawTracks(viewer) {
     this.timelines.forEach((one) => one.dispose());
