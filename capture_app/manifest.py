@@ -148,6 +148,25 @@ def to_look_at(manifest: Manifest) -> tuple[str, ...]:
     return (*named, *(["the motion"] if manifest.faults else []))
 
 
+def chosen_sample(manifest: Manifest, number: int | None, folder: Path) -> int:
+    """Index of the sample that the user numbers from 1; of the best one if not given.
+
+    Raises:
+        InputError: "sample-missing".
+    """
+    count = len(manifest.scores)
+    if number is None:
+        return manifest.chosen
+    if not 1 <= number <= count:
+        raise InputError(
+            "sample-missing",
+            f"There is no sample {number}: the result has {count}.",
+            where=str(folder),
+            fix=f"Give ‹sample› a number from 1 to {count}.",
+        )
+    return number - 1
+
+
 def write_manifest(path: Path, manifest: Manifest) -> None:
     """Write it as indented JSON."""
     path.write_text(manifest.model_dump_json(indent=2) + "\n", encoding="utf-8")

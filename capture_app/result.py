@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from capture_app.manifest import MANIFEST, MOTION, Manifest, read_manifest
+from capture_app.manifest import MANIFEST, MOTION, Manifest, chosen_sample, read_manifest
 from capture_app.motion_arrays import (
     damaged,
     motion_arrays,
@@ -92,17 +92,7 @@ def sample_index(result: Result, number: int | None) -> int:
     Raises:
         InputError: "sample-missing".
     """
-    count = len(result.motions)
-    if number is None:
-        return result.manifest.chosen
-    if not 1 <= number <= count:
-        raise InputError(
-            "sample-missing",
-            f"There is no sample {number}: the result has {count}.",
-            where=str(result.folder),
-            fix=f"Give ‹sample› a number from 1 to {count}.",
-        )
-    return number - 1
+    return chosen_sample(result.manifest, number, result.folder)
 
 
 def body_of(result: Result) -> BodyModel:

@@ -443,11 +443,13 @@ _unpacked: dict[tuple[Path, int, int], Path] = {}
 
 
 def is_archive(path: Path) -> bool:
-    """Whether the file is one, by its first bytes.
+    """Whether it is a file that is one, by its first bytes.
 
     Raises:
         OSError: the file cannot be read.
     """
+    if path.is_dir():
+        return False
     head = _head(path)
     return is_zip(head) or is_tar(head)
 

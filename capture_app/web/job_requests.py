@@ -4,14 +4,16 @@ import json
 from typing import cast
 
 from capture_app.commands.calibrate import AnyWay, CalibrateRequest, ScanWay
-from capture_app.commands.export import ExportRequest
+from capture_app.commands.export import ExportFormat, ExportRequest
 from capture_app.commands.overlay import OverlayRequest
 from capture_app.commands.render import CompareRequest, RenderRequest
 from capture_app.commands.request import Request
 from capture_app.commands.run import ResolveRequest, RunRequest
 from capture_app.commands.scan import ScanRequest
 from capture_app.exports.export_formats import layout_of
+from capture_app.exports.fbx import find_blender
 from capture_app.library_item import Info
+from capture_app.manifest import MANIFEST, chosen_sample, read_manifest
 from capture_app.web import sandboxed_work
 from capture_app.web.library import Library, Results
 from capture_app.web.problems import Refused
@@ -28,8 +30,17 @@ from capture_app.web.routes.orders import (
     Scan,
     with_paths,
 )
+from capture_app.web.routes.reports import inspected
 from capture_app.web.site import Site
-from capture_app.web.sources import IDENTITY, mesh_file_of, mount_of, scan_of
+from capture_app.web.sources import (
+    IDENTITY,
+    ReadAs,
+    mesh_file_of,
+    mount_of,
+    scan_of,
+    seen_with,
+)
+from ingest.trajectory.trajectory_config import Reading
 from omomo_core.whole_file import write_whole
 
 _VIDEO = (960, 540)
@@ -71,6 +82,7 @@ async def _run(site: Site, id_: str, given: Run) -> RunRequest:
     kind = await site.sandbox.run(sandboxed_work.check_animated, session, given.mount is not None)
     if not kind["animated"]:
         _check_whole(given)
+        await _refuse_unusable(site, given)
     name = given.name or shelves["session"].get(given.session).name
     facts = {"session": given.session, "object": given.object, "mount": given.mount, "parent": None}
     library.results.announce(id_, Info(name=name, facts=facts))
@@ -87,6 +99,23 @@ async def _run(site: Site, id_: str, given: Run) -> RunRequest:
         video_size=_VIDEO if given.options.video else None,
         **options,
     )
+
+
+async def _refuse_unusable(site: Site, given: Run) -> None:
+    """Refuse at once what the run would refuse later; the report is mostly there already.
+
+    Raises:
+        InputError: as `usable_take`.
+    """
+    said = given.options.model_dump(include={*Reading.__dataclass_fields__})
+    seen = seen_with(
+        site.library, given.session, ReadAs(object=given.object, mount=given.mount, **said)
+    )
+    report = json.loads((await inspected(site, given.session, seen)).read_bytes())
+    options = given.options
+    limited = options.strict and report["verdict"] != "good"
+    if limited or (report["verdict"] == "not usable" and not options.force):
+        await site.sandbox.run(sandboxed_work.refuse_unusable, seen, options.strict)
 
 
 def _check_whole(given: Run) -> None:
@@ -116,6 +145,7 @@ def _check_whole(given: Run) -> None:
 
 def _resolve(results: Results, id_: str, given: Resolve) -> ResolveRequest:
     before = results.get(given.result)
+    _check_sample(results, given.result, given.sample)
     name = given.name or f"{before.name}, corrected"
     contacts = results.contacts(id_)
     write_whole(contacts, json.dumps(given.contacts, allow_nan=False))
@@ -132,6 +162,9 @@ def _resolve(results: Results, id_: str, given: Resolve) -> ResolveRequest:
 
 def _export(library: Library, id_: str, given: Export) -> ExportRequest:
     results, said = library.results, with_paths(library, id_, given, ExportRequest)
+    _check_sample(results, given.result, said.get("sample"))
+    if given.to == ExportFormat.fbx:
+        find_blender(None)
     sample = _sample(said.get("sample"))
     words = [given.to, said["bones"].value, f"{said['fps']}fps", *sample, id_]
     said |= {
@@ -144,6 +177,7 @@ def _export(library: Library, id_: str, given: Export) -> ExportRequest:
 
 
 def _render(results: Results, id_: str, given: Render) -> RenderRequest:
+    _check_sample(results, given.result, given.sample)
     words = [given.view, *_sample(given.sample), id_]
     return RenderRequest(
         name=f"{results.get(given.result).name}, seen {given.view}",
@@ -165,6 +199,7 @@ def _compare(results: Results, id_: str, given: Compare) -> CompareRequest:
 
 def _overlay(library: Library, id_: str, given: Overlay) -> OverlayRequest:
     results, said = library.results, with_paths(library, id_, given, OverlayRequest)
+    _check_sample(results, given.result, said.get("sample"))
     if "board_place" in said and said["board_at"] == "room":
         raise Refused(
             422,
@@ -200,6 +235,16 @@ def _calibrate(library: Library, id_: str, given: Calibration) -> CalibrateReque
         facts={"object": given.object},
         way=cast("AnyWay", way(**said)),
     )
+
+
+def _check_sample(results: Results, id_: str, number: int | None) -> None:
+    """Refuse a sample that a result does not have.
+
+    Raises:
+        InputError: "sample-missing".
+    """
+    folder = results.content(id_)
+    chosen_sample(read_manifest(folder / MANIFEST), number, folder)
 
 
 def _sample(number: int | None) -> list[str]:

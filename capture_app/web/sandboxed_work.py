@@ -27,7 +27,7 @@ from capture_app.calibration.guide_recordings import (
 from capture_app.calibration.guide_steps import Finding
 from capture_app.calibration.mount_look import look_at
 from capture_app.commands.calibrate import DrawingWay, PointsWay
-from capture_app.inspection import Inspection, inspect_take
+from capture_app.inspection import Inspection, inspect_take, usable_take
 from capture_app.report_page import report_page
 from capture_app.web.page_words import all_in_page_words, in_page_words
 from ingest.animated.detect import is_animation
@@ -160,6 +160,16 @@ def inspect(inputs: SessionInputs, data: Path) -> dict[str, Any]:
     report = {**known, "animated": animated}
     write_whole(data, json.dumps(report, allow_nan=False))
     return {key: report[key] for key in ("app", "seconds", "verdict")}
+
+
+def refuse_unusable(inputs: SessionInputs, strict: bool) -> dict[str, Any]:
+    """Refuse a take of a phone that a run would refuse.
+
+    Raises:
+        InputError: as `usable_take`.
+    """
+    usable_take(inputs.inspect(), strict=strict)
+    return {}
 
 
 def write_page(inputs: SessionInputs, page: Path) -> dict[str, Any]:

@@ -130,6 +130,11 @@ def _job(site: Site, record: JobRecord) -> Job:
 
 def _waits(site: Site) -> str:
     """Return what a job that has not begun waits for."""
+    if site.library.free <= site.limits.spare:
+        return (
+            f"The disk is full: {site.library.free / 1e6:,.0f} MB are left. It begins when there is room; "
+            "delete what is not needed any more."
+        )
     if not site.queue.workers():
         return (
             "No worker is there yet. If none comes within half a minute, nobody has started one for this "

@@ -118,7 +118,7 @@ async def report(site: Here, id: ThingId, said: Asked) -> Report:
     """The report on a session, with what to fix; one that cannot be read says why."""
     seen = seen_with(site.library, id, said)
     try:
-        data = await _inspected(site, id, seen)
+        data = await inspected(site, id, seen)
     except InputError as problem:
         if is_of_the_disk(problem):
             raise
@@ -170,7 +170,7 @@ async def object_scene(site: Here, id: ThingId) -> FileResponse:
     return FileResponse(scene, media_type=SCENE)
 
 
-async def _inspected(site: Site, id_: str, inputs: sandboxed_work.SessionInputs) -> Path:
+async def inspected(site: Site, id_: str, inputs: sandboxed_work.SessionInputs) -> Path:
     """The file of a report, which is written when it is asked for the first time."""
     made = cache_key("report", inputs)
     data = site.library.shelves["session"].cache(id_) / f"report-{made}.json"

@@ -1,5 +1,6 @@
 """From what people bring to what they get, by the API alone."""
 
+import base64
 import json
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import trimesh
 
 from capture_app.web.routes import about
 from capture_app.web.site import Site
+from tests.capture_app.replay.made import read_pack
 from tests.capture_app.web.talk import BROKEN, announce, problem, upload
 
 UNKNOWN = "ffffffffffffffff"
@@ -65,6 +67,39 @@ def test_what_is_no_recording_is_refused_in_words_and_kept_as_an_upload(client, 
     assert str(site.library.root) not in str(refused)
     assert begun["id"] not in [one["id"] for one in client.get("/api/sessions").json()]
     assert client.get(f"/api/uploads/{begun['id']}").json()["received"] == 2
+
+
+def test_files_that_are_no_recording_are_refused_however_many_they_are(client, caplog):
+    begun = announce(client, {"notes.txt": 2, "holiday/a.jpg": 2}, "session")
+    for index in range(2):
+        client.put(f"/api/uploads/{begun['id']}/files/{index}?offset=0", content=b"\xff\xd8")
+    refused = problem(client.post(f"/api/uploads/{begun['id']}/finish"), 422)
+    assert refused["code"] == "session-unknown"
+    assert "Traceback" not in caplog.text
+
+
+def test_a_mount_is_looked_at_before_it_is_kept(client, example: dict[str, str]):
+    names = [item["id"] for item in client.get("/api/mounts").json()]
+    corners = {"top left back corner": [0, 0, 0.16], "top right back corner": [0.114, 0, 0.16]}
+    pairs = [{"phone": name, "point": at} for name, at in corners.items()]
+    form = {"method": "points", "name": "x", "object": example["object"], "phone": "iPhone 15 Pro"}
+    looked = client.post("/api/mounts/look", json={**form, "pairs": pairs}).json()
+    assert "11.4 cm apart here, 7.1 cm on the iPhone 15 Pro" in " ".join(looked["doubts"])
+    assert looked["scene"] == ""
+    drawing = {
+        "method": "drawing",
+        "name": "x",
+        "object": example["object"],
+        "phone": "iPhone 15 Pro",
+        "xyz": [0.2, 0, 0.1],
+        "axes": "screen faces +x, top edge points +z",
+    }
+    looked = client.post("/api/mounts/look", json=drawing).json()
+    assert "those of its far end" in looked["notes"][0]
+    header, arrays = read_pack(base64.b64decode(looked["scene"]))
+    assert header["object"] is None
+    assert len(arrays["phone_position"]) == 1
+    assert [item["id"] for item in client.get("/api/mounts").json()] == names
 
 
 def test_a_mesh_says_what_it_is(client):
@@ -230,6 +265,26 @@ def test_a_job_needs_what_it_is_about(client, order):
 def test_a_run_needs_an_object(client, example: dict[str, str]):
     order = {"kind": "run", "session": example["session"]}
     assert problem(client.post("/api/jobs", json=order), 422)["code"] == "object-needed"
+
+
+def test_a_take_that_is_not_usable_is_refused_when_it_is_asked_for(client, example: dict[str, str]):
+    upright = {"kind": "run", **example, "options": {"floor": -50.0, "video": False}}
+    refused = problem(client.post("/api/jobs", json=upright), 422)
+    assert "50" in refused["what"] or "floor" in refused["what"].lower()
+    assert "‹" not in str(refused)
+    assert "--" not in str(refused)
+
+
+def test_a_job_that_waits_for_room_says_so(
+    client, site: Site, example: dict[str, str], monkeypatch
+):
+    order = {"kind": "run", **example, "options": {"samples": 1, "video": False}}
+    job = client.post("/api/jobs", json=order).json()["id"]
+    monkeypatch.setattr(type(site.library), "free", 0)
+    waits = client.get(f"/api/jobs/{job}").json()["waits"]
+    monkeypatch.undo()
+    client.post(f"/api/jobs/{job}/cancel")
+    assert waits.startswith("The disk is full: 0 MB are left.")
 
 
 @pytest.mark.parametrize(

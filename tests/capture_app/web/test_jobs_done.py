@@ -104,6 +104,25 @@ def test_an_export(client: httpx.Client, take: str):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("what", ["render", "overlay", "export", "resolve"])
+def test_a_sample_that_is_not_there_is_refused_when_it_is_asked_for(
+    client: httpx.Client, take: str, what: str
+):
+    more = {"export": {"to": "glb"}, "resolve": {"contacts": {}}}.get(what, {})
+    asked = client.post("/api/jobs", json={"kind": what, "result": take, "sample": 9, **more})
+    refused = problem(asked, 422)
+    assert refused["code"] == "sample-missing"
+    assert "There is no sample 9: the result has 1." in refused["what"]
+
+
+def test_fbx_without_a_blender_is_refused_when_it_is_asked_for(
+    client: httpx.Client, take: str, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setenv("PATH", "")
+    asked = client.post("/api/jobs", json={"kind": "export", "result": take, "to": "fbx"})
+    assert problem(asked, 422)["code"] == "blender-missing"
+
+
 def test_a_comparison(client: httpx.Client, take: str):
     record = done(client, kind="compare", results=[take, take])
     assert product(client, record, ".mp4")[4:8] == b"ftyp"
