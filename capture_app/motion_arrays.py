@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from capture_app.manifest import MOTION
+from omomo_core.array_archive import read_arrays
 from omomo_core.errors import InputError, in_words, reading
 
 SAMPLED = "sampled.npz"
@@ -43,7 +44,7 @@ def motion_arrays(path: Path, names: Sequence[str] | None = None) -> dict[str, n
     # Damaged bytes fail in a dozen ways in zipfile, zlib and numpy.
     with reading(partial(damaged, path), words=in_words):
         try:
-            return read_arrays(path, names)
+            return read_arrays(path, None if names is None else lambda name: name in names)
         except FileNotFoundError as error:
             raise InputError(
                 "result-missing",
@@ -61,10 +62,3 @@ def damaged(path: Path, why: str) -> InputError:
         where=str(path),
         fix="Run the take again.",
     )
-
-
-def read_arrays(path: Path, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
-    """Arrays of a file, as numpy reads them and raises."""
-    # Opened here and not by numpy, which leaves a damaged file open.
-    with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-        return {key: file[key] for key in names or file.files}

@@ -12,10 +12,10 @@ from capture_app.motion_arrays import SAMPLED, sample_file, unsolved_samples
 from capture_app.pipeline import run_take
 from capture_app.replay.scene_pack import pack_result
 from capture_app.result import Result, body_of, load_result
-from capture_app.sampled_file import load_sampled
 from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from capture_app.solve_samples import all_solved, solved_result
 from omomo_core.errors import InputError
+from omomo_core.generation.sampled_file import load_sampled
 from tests.capture_app.replay.made import read_pack
 
 
