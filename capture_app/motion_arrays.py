@@ -3,7 +3,8 @@
 Nothing here loads torch: a server asks, too.
 """
 
-from collections.abc import Sequence
+from collections.abc import Generator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
@@ -25,7 +26,8 @@ def unsolved_samples(folder: Path) -> frozenset[int]:
     """
     if not (folder / SAMPLED).is_file():
         return frozenset()
-    solved = motion_arrays(folder / MOTION, ("solved",))["solved"]
+    with reading_motion(folder / MOTION):
+        solved = read_arrays(folder / MOTION, lambda name: name == "solved")["solved"]
     rough = np.flatnonzero(~solved).tolist()
     return frozenset(k for k in rough if not sample_file(folder, k).is_file())
 
@@ -35,8 +37,9 @@ def sample_file(folder: Path, index: int) -> Path:
     return folder / f"sample_{index + 1}.npz"
 
 
-def motion_arrays(path: Path, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
-    """Arrays of a file, all or those of these names.
+@contextmanager
+def reading_motion(path: Path) -> Generator[None]:
+    """Turn whatever is raised while a file of motion is read into one error.
 
     Raises:
         InputError: "result-missing" or "result-damaged".
@@ -44,7 +47,7 @@ def motion_arrays(path: Path, names: Sequence[str] | None = None) -> dict[str, n
     # Damaged bytes fail in a dozen ways in zipfile, zlib and numpy.
     with reading(partial(damaged, path), words=in_words):
         try:
-            return read_arrays(path, None if names is None else lambda name: name in names)
+            yield
         except FileNotFoundError as error:
             raise InputError(
                 "result-missing",

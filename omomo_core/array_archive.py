@@ -1,5 +1,6 @@
 """Files of named arrays (.npz) that are written, and read, without holding a whole array in memory."""
 
+import os
 import zipfile
 from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import contextmanager
@@ -8,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from omomo_core.errors import DamageError
 from omomo_core.long_arrays import let_go, row_blocks
 
 
@@ -19,6 +21,11 @@ class ArrayBlocks:
     dtype: np.dtype
     blocks: Iterable[np.ndarray]
     """Its numbers in their order; converted to the dtype."""
+
+    def whole(self) -> np.ndarray:
+        """Return the array."""
+        flat = [np.ascontiguousarray(block, self.dtype).reshape(-1) for block in self.blocks]
+        return np.concatenate(flat).reshape(self.shape)
 
 
 class ArrayArchive:
@@ -32,7 +39,7 @@ class ArrayArchive:
         """Add arrays; one that lies in a file leaves nothing in memory."""
         for name, array in arrays.items():
             if isinstance(array, np.ndarray):
-                array = ArrayBlocks(array.shape, array.dtype, _blocks_of(array))
+                array = ArrayBlocks(array.shape, array.dtype, array_blocks(array))
             self._write(f"{name}.npy", array)
 
     def _write(self, member: str, array: ArrayBlocks) -> None:
@@ -47,7 +54,8 @@ class ArrayArchive:
                 stream.write(np.ascontiguousarray(block, array.dtype).tobytes())
 
 
-def _blocks_of(array: np.ndarray) -> Generator[np.ndarray]:
+def array_blocks(array: np.ndarray) -> Generator[np.ndarray]:
+    """Yield an array block by block; one that lies in a file leaves nothing in memory."""
     if array.ndim == 0:
         yield array
         return
@@ -62,6 +70,53 @@ def array_archive(path: Path, *, compressed: bool = False) -> Generator[ArrayArc
     how = zipfile.ZIP_DEFLATED if compressed else zipfile.ZIP_STORED
     with zipfile.ZipFile(path, "w", how, allowZip64=True) as file:
         yield ArrayArchive(file)
+
+
+def read_row(path: Path, names: Iterable[str], row: int) -> dict[str, np.ndarray]:
+    """Return one row of each array; the other rows are passed over, and never all in memory.
+
+    Raises as zipfile and numpy do on a damaged file, and DamageError.
+    """
+    rows: dict[str, np.ndarray] = {}
+    with zipfile.ZipFile(path) as file:
+        for name in names:
+            with file.open(f"{name}.npy") as member:
+                shape, dtype = _header(member)
+                size = int(np.prod(shape[1:])) * dtype.itemsize
+                member.seek(row * size, os.SEEK_CUR)
+                found = np.frombuffer(bytearray(member.read(size)), dtype)
+                rows[name] = found.reshape(shape[1:])
+    return rows
+
+
+def names_in(path: Path) -> list[str]:
+    """Return the names of the arrays of a file."""
+    with zipfile.ZipFile(path) as file:
+        return [name.removesuffix(".npy") for name in file.namelist()]
+
+
+def shapes_of(path: Path) -> dict[str, tuple[int, ...]]:
+    """Return the shapes of the arrays of a file, of which every byte is checked.
+
+    Raises as zipfile and numpy do on a damaged file, and DamageError.
+    """
+    shapes: dict[str, tuple[int, ...]] = {}
+    with zipfile.ZipFile(path) as file:
+        if (damaged := file.testzip()) is not None:
+            raise DamageError(f"{damaged.removesuffix('.npy')} is damaged")
+        for name in file.namelist():
+            with file.open(name) as member:
+                shapes[name.removesuffix(".npy")] = _header(member)[0]
+    return shapes
+
+
+def _header(member: zipfile.ZipExtFile) -> tuple[tuple[int, ...], np.dtype]:
+    if np.lib.format.read_magic(member) != (1, 0):
+        raise DamageError("it is of a later numpy")
+    shape, fortran, dtype = np.lib.format.read_array_header_1_0(member)
+    if fortran or dtype.hasobject:
+        raise DamageError("its arrays are not as they were written")
+    return shape, dtype
 
 
 def read_arrays(path: Path, wanted: Callable[[str], bool] | None = None) -> dict[str, np.ndarray]:

@@ -205,7 +205,7 @@ def _of_result(choice: Choice, all_samples: bool, paper_rule: bool) -> list[Moti
 
 
 def _sample(result: Result, k: int, label: str) -> Motion:
-    return _shown(result, result.motions[k], label)
+    return _shown(result, result.people[k].human, label)
 
 
 def _shown(result: Result, human: HumanMotion, label: str) -> Motion:

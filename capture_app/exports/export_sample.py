@@ -218,7 +218,7 @@ def export_result(request: ExportRequest) -> Exported:
         skeleton = _own_model(result)
     return export(
         path,
-        result.motions[index],
+        result.people[index].human,
         result.object_motion,
         body_of(result),
         request,
