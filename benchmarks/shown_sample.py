@@ -17,7 +17,7 @@ import numpy as np
 
 from omomo_core.body.model import load_body
 from omomo_core.generation.generation_options import GenerationOptions
-from omomo_core.generation.generator import generate
+from omomo_core.generation.generator import sample_take
 from omomo_core.generation.sampled_take import SampledTake
 from omomo_core.generation.selection.ranking import (
     choose,
@@ -47,10 +47,9 @@ def main() -> None:
     for path in clip_paths(said.clips):
         clip = read_clip(path, body)
         for seed in range(said.seeds):
-            taken: list[SampledTake] = []
-            options = GenerationOptions(said.samples, seed, steps=said.steps, solve="shown")
-            generate(clip.motion, clip.body, stages, options, on_sampled=taken.append)
-            rows.append({"clip": len(rows) // said.seeds, **compared(taken[0], clip)})
+            options = GenerationOptions(said.samples, seed, steps=said.steps)
+            take = sample_take(clip.motion, clip.body, stages, options)
+            rows.append({"clip": len(rows) // said.seeds, **compared(take, clip)})
             print(path.stem, seed, json.dumps(rows[-1]), flush=True)
     if said.to is not None:
         said.to.write_text(json.dumps(rows))

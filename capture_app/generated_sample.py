@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from omomo_core.array_archive import array_archive
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.generation.person import FingerFit, Person
 from omomo_core.motion import HumanMotion
@@ -38,8 +39,8 @@ def save_sample(path: Path, sample: GeneratedSample) -> None:
         arrays["finger_depth"] = person.finger_fit.depth
         arrays["pad_distance"] = person.finger_fit.pad_distance
         arrays["grip"] = person.finger_fit.grip
-    with whole_file(path) as partial:
-        np.savez(partial, miss=person.miss, depth=person.depth, **arrays, **human)
+    with whole_file(path) as partial, array_archive(partial) as archive:
+        archive.write({"miss": person.miss, "depth": person.depth, **arrays, **human})
 
 
 def load_sample(path: Path) -> GeneratedSample:

@@ -3,13 +3,15 @@
 Nothing here loads torch: a server asks, too.
 """
 
-from collections.abc import Sequence
+from collections.abc import Generator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from capture_app.manifest import MOTION
+from omomo_core.array_archive import read_arrays
 from omomo_core.errors import InputError, in_words, reading
 
 SAMPLED = "sampled.npz"
@@ -24,7 +26,8 @@ def unsolved_samples(folder: Path) -> frozenset[int]:
     """
     if not (folder / SAMPLED).is_file():
         return frozenset()
-    solved = motion_arrays(folder / MOTION, ("solved",))["solved"]
+    with reading_motion(folder / MOTION):
+        solved = read_arrays(folder / MOTION, lambda name: name == "solved")["solved"]
     rough = np.flatnonzero(~solved).tolist()
     return frozenset(k for k in rough if not sample_file(folder, k).is_file())
 
@@ -34,8 +37,9 @@ def sample_file(folder: Path, index: int) -> Path:
     return folder / f"sample_{index + 1}.npz"
 
 
-def motion_arrays(path: Path, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
-    """Arrays of a file, all or those of these names.
+@contextmanager
+def reading_motion(path: Path) -> Generator[None]:
+    """Turn whatever is raised while a file of motion is read into one error.
 
     Raises:
         InputError: "result-missing" or "result-damaged".
@@ -43,7 +47,7 @@ def motion_arrays(path: Path, names: Sequence[str] | None = None) -> dict[str, n
     # Damaged bytes fail in a dozen ways in zipfile, zlib and numpy.
     with reading(partial(damaged, path), words=in_words):
         try:
-            return read_arrays(path, names)
+            yield
         except FileNotFoundError as error:
             raise InputError(
                 "result-missing",
@@ -61,10 +65,3 @@ def damaged(path: Path, why: str) -> InputError:
         where=str(path),
         fix="Run the take again.",
     )
-
-
-def read_arrays(path: Path, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
-    """Arrays of a file, as numpy reads them and raises."""
-    # Opened here and not by numpy, which leaves a damaged file open.
-    with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-        return {key: file[key] for key in names or file.files}

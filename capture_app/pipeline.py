@@ -1,7 +1,7 @@
 """The whole story: a phone's log, a mesh and a mount become a result folder."""
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,7 +19,6 @@ from capture_app.prepare import PreparedTake, prepare_take
 from capture_app.progress import Progress, silent
 from capture_app.rendering import draw_video
 from capture_app.result import Result, save_motion
-from capture_app.sampled_file import save_sampled
 from capture_app.staged_result import StagedResult, run_stages
 from ingest.axes import T_ZUP_ARKIT
 from ingest.mesh_files.file_parts import decoding
@@ -169,7 +168,7 @@ class StagedRun(StagedResult[RunRequest]):
             options,
             self.clock,
             known,
-            on_sampled=partial(save_sampled, folder / SAMPLED),
+            folder / SAMPLED,
         )
         unsolved = generated.unsolved
         if not unsolved:

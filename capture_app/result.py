@@ -1,34 +1,49 @@
 """`motion.npz` of a result folder: the samples of a person's motion and the object they moved."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
+from itertools import chain
 from pathlib import Path
+from typing import overload
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from capture_app.manifest import MANIFEST, MOTION, Manifest, chosen_sample, read_manifest
 from capture_app.motion_arrays import (
     damaged,
-    motion_arrays,
-    read_arrays,
+    reading_motion,
     sample_file,
     unsolved_samples,
 )
 from capture_app.picture_bytes import decoded, encoded
+from omomo_core.array_archive import (
+    ArrayBlocks,
+    array_archive,
+    array_blocks,
+    names_in,
+    read_arrays,
+    read_row,
+    shapes_of,
+)
 from omomo_core.body.grip import GRIPS
 from omomo_core.body.model import BodyModel, load_body, with_height
 from omomo_core.contact.segment import ContactSegment
-from omomo_core.errors import InputError, in_words, reading
+from omomo_core.errors import DamageError, InputError
 from omomo_core.generation.person import FingerFit, Person
 from omomo_core.geometry.rotations import matrix_from_xyzw, same_numbers, xyzw_from_matrix
+from omomo_core.long_arrays import in_blocks
 from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion, Texture
 from omomo_core.skeleton import BODY_JOINTS, FINGER_JOINTS
 from omomo_core.whole_file import whole_file
 
 _PLAIN = ("root", "joints", "hand_contact", "foot_contact")
 """Arrays of a HumanMotion that are written as they are."""
+_OF_A_SAMPLE = (*_PLAIN, "rotations_xyzw", "fingers_xyzw", "palm_miss", "inside")
+_FINGERS = ("finger_depth", "pad_distance", "grip")
+"""Arrays with a row for each sample, and those of them that a file may lack."""
+Arrays = dict[str, np.ndarray | ArrayBlocks]
 JOINT_NAMES = (*BODY_JOINTS, "left_palm", "right_palm")
 
 
@@ -38,8 +53,8 @@ class Result:
 
     folder: Path
     manifest: Manifest
-    people: tuple[Person, ...]
-    """The samples; `manifest.chosen` is the index of the best."""
+    people: Sequence[Person]
+    """The samples, each read when it is first looked at; `manifest.chosen` is the index of the best."""
     object_motion: ObjectMotion
     unsolved: frozenset[int] = frozenset()
     """Indices of samples that are as they were sampled; `solved_result` solves them."""
@@ -52,7 +67,40 @@ class Result:
     @property
     def best(self) -> HumanMotion:
         """The chosen sample's body."""
-        return self.motions[self.manifest.chosen]
+        return self.people[self.manifest.chosen].human
+
+    @property
+    def start(self) -> Float[np.ndarray, "2"]:
+        """Where the chosen sample begins, on the floor of the world, metres."""
+        return read_row(self.folder / MOTION, ["root"], self.manifest.chosen)["root"][0, :2]
+
+
+class _StoredPeople(Sequence[Person]):
+    """The samples of a result's files, each read when it is first looked at."""
+
+    def __init__(self, sources: Sequence[tuple[Path, int]]) -> None:
+        """Nothing is read yet.
+
+        Args:
+            sources: file of each sample, and its index amid those of the file.
+        """
+        self._sources = sources
+        self._read: dict[int, Person] = {}
+
+    def __len__(self) -> int:
+        return len(self._sources)
+
+    @overload
+    def __getitem__(self, index: int) -> Person: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Person]: ...
+    def __getitem__(self, index: int | slice) -> Person | list[Person]:
+        if isinstance(index, slice):
+            return [self[k] for k in range(len(self))[index]]
+        k = range(len(self))[index]
+        if k not in self._read:
+            self._read[k] = _read_person(*self._sources[k])
+        return self._read[k]
 
 
 def load_result(folder: Path) -> Result:
@@ -63,15 +111,15 @@ def load_result(folder: Path) -> Result:
     """
     manifest = read_manifest(folder / MANIFEST)
     path = folder / MOTION
-    data = motion_arrays(path)
-    people, object_motion = _people(path, data), _object_of(path, data)
-    if manifest.chosen >= len(people):
+    count = _samples_in(path)
+    if manifest.chosen >= count:
         raise damaged(path, "it holds fewer samples than the manifest says")
-    unsolved = unsolved_samples(folder)
-    for k in range(len(people)):
+    unsolved, sources = unsolved_samples(folder), [(path, k) for k in range(count)]
+    for k in range(count):
         if k not in unsolved and (later := sample_file(folder, k)).is_file():
-            people[k] = _people(later, motion_arrays(later))[0]
-    return Result(folder, manifest, tuple(people), object_motion, unsolved)
+            sources[k] = later, 0
+            _samples_in(later)
+    return Result(folder, manifest, _StoredPeople(sources), _object_of(path), unsolved)
 
 
 def save_sample_of(result: Result, index: int, person: Person) -> Person:
@@ -80,10 +128,11 @@ def save_sample_of(result: Result, index: int, person: Person) -> Person:
     A result folder that cannot be written stays as it is.
     """
     path = sample_file(result.folder, index)
-    arrays = _people_arrays([person])
+    arrays = _whole(_people_arrays([person]))
     with suppress(InputError), whole_file(path) as unfinished:
         _write(unfinished, arrays)
-    return _person(arrays, 0)
+    own = {name: arrays[name][0] for name in (*_OF_A_SAMPLE, *_FINGERS) if name in arrays}
+    return _person(own, arrays["contact_spans"], arrays["contact_anchors"], 0)
 
 
 def sample_index(result: Result, number: int | None) -> int:
@@ -124,7 +173,7 @@ def save_motion(
         unsolved: indices of samples that are as they were sampled.
     """
     solved = np.array([k not in unsolved for k in range(len(people))])
-    arrays: dict[str, np.ndarray] = {
+    arrays: Arrays = {
         "fps": np.array(FPS, np.float32),
         "chosen": np.array(chosen, np.int32),
         **({} if solved.all() else {"solved": solved}),
@@ -150,7 +199,7 @@ def save_corrected(path: Path, before: Result, index: int, person: Person) -> No
         index: of the sample that was corrected.
         person: that sample, corrected.
     """
-    arrays, new = read_arrays(before.folder / MOTION), _people_arrays([person])
+    arrays, new = read_arrays(before.folder / MOTION), _whole(_people_arrays([person]))
     later = sample_file(before.folder, index)
     old, row = (read_arrays(later), 0) if later.is_file() else (arrays, index)
     for key in ("rotations_xyzw", "fingers_xyzw"):
@@ -159,9 +208,9 @@ def save_corrected(path: Path, before: Result, index: int, person: Person) -> No
     _write(path, {**arrays, **new, "chosen": np.array(0, np.int32)})
 
 
-def _write(path: Path, arrays: dict[str, np.ndarray]) -> None:
-    # numpy stamps every member 1980-01-01: equal arrays make equal files.
-    np.savez_compressed(path, allow_pickle=False, **arrays)
+def _write(path: Path, arrays: Mapping[str, np.ndarray | ArrayBlocks]) -> None:
+    with array_archive(path, compressed=True) as archive:
+        archive.write(arrays)
 
 
 def load_motion(path: Path) -> tuple[tuple[Person, ...], ObjectMotion]:
@@ -170,37 +219,52 @@ def load_motion(path: Path) -> tuple[tuple[Person, ...], ObjectMotion]:
     Raises:
         InputError: the file is missing or damaged.
     """
-    data = motion_arrays(path)
-    return tuple(_people(path, data)), _object_of(path, data)
+    people = _StoredPeople([(path, k) for k in range(_samples_in(path))])
+    return tuple(people), _object_of(path)
 
 
-def _people(path: Path, data: dict[str, np.ndarray]) -> list[Person]:
-    # Arrays may be missing, or not fit each other.
-    with reading(partial(damaged, path), words=in_words):
-        return [_person(data, k) for k in range(len(data["root"]))]
+def _object_of(path: Path) -> ObjectMotion:
+    with reading_motion(path):
+        return _object_motion(
+            read_arrays(path, lambda name: name not in (*_OF_A_SAMPLE, *_FINGERS))
+        )
 
 
-def _object_of(path: Path, data: dict[str, np.ndarray]) -> ObjectMotion:
-    with reading(partial(damaged, path), words=in_words):
-        return _object_motion(data)
-
-
-def _people_arrays(people: Sequence[Person]) -> dict[str, np.ndarray]:
-    motions = [person.human for person in people]
+def _people_arrays(people: Sequence[Person]) -> Arrays:
     spans = [(k, s.hand, s.start, s.stop) for k, p in enumerate(people) for s in p.segments]
-    anchors = [s.anchor for p in people for s in p.segments]
-    arrays = {key: np.stack([getattr(m, key) for m in motions]) for key in _PLAIN}
-    arrays["rotations_xyzw"] = np.stack([xyzw_from_matrix(m.rotations) for m in motions])
-    arrays["fingers_xyzw"] = np.stack([xyzw_from_matrix(m.fingers) for m in motions])
-    arrays["palm_miss"] = np.stack([p.miss for p in people])
-    arrays["inside"] = np.stack([p.depth for p in people])
-    arrays["contact_anchors"] = np.array(anchors).reshape(-1, 3)
-    single: dict[str, np.ndarray] = {k: array.astype(np.float32) for k, array in arrays.items()}
-    single |= _finger_arrays([p.finger_fit for p in people], len(motions[0].root))
-    return {**single, "contact_spans": np.array(spans, np.int32).reshape(-1, 4)}
+    anchors = np.array([s.anchor for p in people for s in p.segments]).reshape(-1, 3)
+    motions = [person.human for person in people]
+    arrays: Arrays = {key: _stacked([getattr(m, key) for m in motions]) for key in _PLAIN}
+    arrays["rotations_xyzw"] = _stacked([m.rotations for m in motions], turns=True)
+    arrays["fingers_xyzw"] = _stacked([m.fingers for m in motions], turns=True)
+    arrays["palm_miss"] = _stacked([p.miss for p in people])
+    arrays["inside"] = _stacked([p.depth for p in people])
+    arrays["contact_anchors"] = anchors.astype(np.float32)
+    arrays |= _finger_arrays([p.finger_fit for p in people], len(motions[0].root))
+    return {**arrays, "contact_spans": np.array(spans, np.int32).reshape(-1, 4)}
 
 
-def _finger_arrays(fits: Sequence[FingerFit | None], frames: int) -> dict[str, np.ndarray]:
+def _stacked(each: Sequence[np.ndarray], *, turns: bool = False) -> ArrayBlocks:
+    """Return the arrays of all samples as one of single precision; rotation matrices as quaternions."""
+    shape = (*each[0].shape[:-2], 4) if turns else each[0].shape
+    blocks = chain.from_iterable(map(_quaternions if turns else array_blocks, each))
+    return ArrayBlocks((len(each), *shape), np.dtype(np.float32), blocks)
+
+
+def _quaternions(
+    R: Float[np.ndarray, "frames joints 3 3"],
+) -> Iterator[Float[np.ndarray, "some joints 4"]]:
+    before = None
+    for some in array_blocks(R):
+        yield (q := xyzw_from_matrix(some, before))
+        before = q[-1]
+
+
+def _whole(arrays: Arrays) -> dict[str, np.ndarray]:
+    return {k: x.whole() if isinstance(x, ArrayBlocks) else x for k, x in arrays.items()}
+
+
+def _finger_arrays(fits: Sequence[FingerFit | None], frames: int) -> Arrays:
     """Arrays of how fingers lie, 0 where that was not measured of a sample; none if it was of no sample."""
     if all(fit is None for fit in fits):
         return {}
@@ -208,8 +272,8 @@ def _finger_arrays(fits: Sequence[FingerFit | None], frames: int) -> dict[str, n
     unknown = FingerFit(nothing, nothing, nothing.astype(np.int64))
     known = [fit or unknown for fit in fits]
     return {
-        "finger_depth": np.stack([f.depth for f in known]).astype(np.float32),
-        "pad_distance": np.stack([f.pad_distance for f in known]).astype(np.float32),
+        "finger_depth": _stacked([f.depth for f in known]),
+        "pad_distance": _stacked([f.pad_distance for f in known]),
         "grip": np.stack([f.grip for f in known]).astype(np.uint8),
     }
 
@@ -241,25 +305,59 @@ def _texture(data: dict[str, np.ndarray]) -> Texture | None:
     return Texture(data["object_uv"], decoded(data["object_texture"].tobytes()))
 
 
-def _person(data: dict[str, np.ndarray], k: int) -> Person:
+def _samples_in(path: Path) -> int:
+    """Return how many samples a file has; every byte of it is checked.
+
+    Raises:
+        InputError: "result-missing" or "result-damaged".
+    """
+    with reading_motion(path):
+        shapes = shapes_of(path)
+        count, frames = shapes["root"][:2]
+        fitted = _FINGERS if "grip" in shapes else ()
+        if any(shapes[name][:2] != (count, frames) for name in (*_OF_A_SAMPLE, *fitted)):
+            raise DamageError("its arrays do not fit each other")
+        return count
+
+
+def _read_person(path: Path, k: int) -> Person:
+    with reading_motion(path):
+        shared = read_arrays(
+            path, lambda name: name in ("contact_spans", "contact_anchors", "solved")
+        )
+        fitted = "grip" in names_in(path) and ("solved" not in shared or shared["solved"][k])
+        own = read_row(path, (*_OF_A_SAMPLE, *(_FINGERS if fitted else ())), k)
+        return _person(own, shared["contact_spans"], shared["contact_anchors"], k)
+
+
+def _person(
+    data: Mapping[str, np.ndarray],
+    spans: Int[np.ndarray, "spans 4"],
+    anchors: Float[np.ndarray, "spans 3"],
+    k: int,
+) -> Person:
+    """Return a sample from its own arrays and the contacts of all samples."""
     human = HumanMotion(
-        rotations=matrix_from_xyzw(data["rotations_xyzw"][k]).astype(np.float32),
-        fingers=matrix_from_xyzw(data["fingers_xyzw"][k]).astype(np.float32),
-        **{key: data[key][k] for key in _PLAIN},
+        rotations=in_blocks(_matrices, data["rotations_xyzw"]),
+        fingers=in_blocks(_matrices, data["fingers_xyzw"]),
+        **{key: data[key] for key in _PLAIN},
     )
-    anchors = data["contact_anchors"].astype(np.float64)
-    contacts = zip(data["contact_spans"].tolist(), anchors, strict=True)
     segments = tuple(
         ContactSegment(hand, start, stop, anchor)
-        for (sample, hand, start, stop), anchor in contacts
+        for (sample, hand, start, stop), anchor in zip(
+            spans.tolist(), anchors.astype(np.float64), strict=True
+        )
         if sample == k
     )
     fit = None
-    if "grip" in data and ("solved" not in data or data["solved"][k]):
-        fit = FingerFit(
-            data["finger_depth"][k], data["pad_distance"][k], data["grip"][k].astype(np.int64)
-        )
-    return Person(human, segments, data["palm_miss"][k], data["inside"][k], fit)
+    if "grip" in data:
+        grip = data["grip"].astype(np.int64)
+        fit = FingerFit(data["finger_depth"], data["pad_distance"], grip)
+    return Person(human, segments, data["palm_miss"], data["inside"], fit)
+
+
+def _matrices(q: Float[np.ndarray, "frames joints 4"]) -> Float[np.ndarray, "frames joints 3 3"]:
+    return matrix_from_xyzw(q).astype(np.float32)
 
 
 def _object_motion(data: dict[str, np.ndarray]) -> ObjectMotion:

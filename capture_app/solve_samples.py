@@ -6,7 +6,7 @@ from dataclasses import replace
 from capture_app.motion_arrays import SAMPLED
 from capture_app.progress import Progress, silent
 from capture_app.result import Result, body_of, save_sample_of
-from capture_app.sampled_file import load_sampled
+from omomo_core.generation.sampled_file import load_sampled
 
 
 def solved_result(result: Result, samples: Iterable[int], progress: Progress = silent) -> Result:

@@ -1,5 +1,6 @@
 """What the system needs to be told: threads of BLAS and limits of the machine."""
 
+import ctypes
 import os
 import sys
 from contextlib import AbstractContextManager
@@ -39,6 +40,18 @@ def free_memory() -> int | None:
     lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
     sizes = {line.split(":")[0]: int(line.split()[1]) * 1024 for line in lines}
     return sizes.get("MemAvailable")
+
+
+def give_back_memory() -> None:
+    """Give memory that is free, but kept for what comes, back to the system; nothing where glibc is not."""
+    trim = getattr(_c_library(), "malloc_trim", None)
+    if trim is not None:
+        trim(0)
+
+
+@cache
+def _c_library() -> ctypes.CDLL | None:
+    return ctypes.CDLL(None) if sys.platform == "linux" else None
 
 
 @cache

@@ -3,7 +3,7 @@
 from typing import Any
 
 from capture_app.cli import options
-from capture_app.cli.console import say
+from capture_app.cli.console import progress_bars, say
 from capture_app.cli.derived import derived
 from capture_app.commands.export import ExportRequest
 from capture_app.commands.request import validated
@@ -22,7 +22,9 @@ def export(result: options.Result, file: options.ExportFile = None, **said: Any)
     from capture_app.exports.export_sample import export_result
 
     asked = {**said, "result": result, "output": file or result}
-    written = export_result(validated(ExportRequest, asked, "option-invalid"))
+    request = validated(ExportRequest, asked, "option-invalid")
+    with progress_bars() as progress:
+        written = export_result(request, progress)
     for note in written.notes:
         say("Note", note, "yellow")
     for path in written.files:

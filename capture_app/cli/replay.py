@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from capture_app.cli import options
-from capture_app.cli.console import say
+from capture_app.cli.console import progress_bars, say
 from capture_app.cli.derived import derived
 from capture_app.commands.reading import ReadingOptions
 from capture_app.commands.request import validated
@@ -72,7 +72,11 @@ def replay(
     place = options.mount_file(mount) if mesh else None
     paths = [path] if second is None else [path, second]
     reading = validated(ReadingOptions, said, "option-invalid").reading
-    packs = [open_scene(p, mesh, place, mesh_scale, film=film, reading=reading) for p in paths]
+    with progress_bars() as progress:
+        packs = [
+            open_scene(p, mesh, place, mesh_scale, film=film, reading=reading, progress=progress)
+            for p in paths
+        ]
     page = share_page(packs, title=name)
     write_whole(target, page)
     say("Done", f"{target} ({len(page) / 1e6:.1f} MB)", "green")

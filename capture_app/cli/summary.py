@@ -61,7 +61,7 @@ def summarise(result: "Result") -> None:
     for name, what in about.items():
         if (result.folder / name).is_file():
             table.add_row(f"  {name}", f"[dim]{what}[/]")
-    frames, samples = len(result.object_motion.valid), len(result.motions)
+    frames, samples = len(result.object_motion.valid), len(result.people)
     say("Done", f"in {sum(manifest.timings.values()):.0f} s: {result.folder}", "green")
     output.print(table)
     output.print(
@@ -74,7 +74,7 @@ def summarise(result: "Result") -> None:
         and options["configuration"] == "capture"
         and not options.get("stood")
     ):
-        x, y = result.motions[manifest.chosen].root[0, :2].tolist()
+        x, y = result.start.tolist()
         output.print(
             f"The person begins at {x:z.1f},{y:z.1f}. If that is the wrong side of the object, say where the "
             "person stood: --stood x,y."

@@ -10,6 +10,7 @@ import torch
 from jaxtyping import Bool, Float
 
 from capture_app.manifest import MANIFEST
+from capture_app.progress import Progress, silent
 from capture_app.result import Result, body_of, load_result
 from capture_app.solve_samples import solved_result
 from omomo_core.body.kinematics import joints_of
@@ -153,7 +154,11 @@ def by_the_paper(result: Result, sample: int) -> Person:
 
 
 def load_motions(
-    choices: Sequence[Choice], *, all_samples: bool = False, paper_rule: bool = False
+    choices: Sequence[Choice],
+    *,
+    all_samples: bool = False,
+    paper_rule: bool = False,
+    progress: Progress = silent,
 ) -> list[Motion]:
     """The motions of some choices, in their order, each under a label of its own.
 
@@ -163,17 +168,18 @@ def load_motions(
         all_samples: all samples of each result that is named without a number.
         paper_rule: after each motion of a result, the same person with their contacts solved again
             by the paper's rule.
+        progress: told the stage "solve" where samples were not solved yet.
 
     Raises:
         InputError: one cannot be read, or has no such motion.
     """
-    motions = [m for c in choices for m in _load(c, all_samples, paper_rule)]
+    motions = [m for c in choices for m in _load(c, all_samples, paper_rule, progress)]
     return _distinct(motions, [str(c) for c in choices])
 
 
-def _load(choice: Choice, all_samples: bool, paper_rule: bool) -> list[Motion]:
+def _load(choice: Choice, all_samples: bool, paper_rule: bool, progress: Progress) -> list[Motion]:
     if (choice.path / MANIFEST).is_file():
-        return _of_result(choice, all_samples, paper_rule)
+        return _of_result(choice, all_samples, paper_rule, progress)
     if choice.path.is_file() and _is_recording(choice.path):
         return [_recorded(choice.path)]
     if choice.path.is_dir() and not any(choice.path.glob("*.npz")):
@@ -186,14 +192,16 @@ def _load(choice: Choice, all_samples: bool, paper_rule: bool) -> list[Motion]:
     return [_from_training(choice)]
 
 
-def _of_result(choice: Choice, all_samples: bool, paper_rule: bool) -> list[Motion]:
+def _of_result(
+    choice: Choice, all_samples: bool, paper_rule: bool, progress: Progress
+) -> list[Motion]:
     result = load_result(choice.path)
     count = len(result.people)
     if choice.which is not None:
         chosen = [number(choice.which, count, choice, "samples")]
     else:
         chosen = list(range(count)) if all_samples else [result.manifest.chosen]
-    result, name = solved_result(result, chosen), choice.path.resolve().name
+    result, name = solved_result(result, chosen, progress), choice.path.resolve().name
     found: list[Motion] = []
     for k in chosen:
         label = name if choice.which is None and not all_samples else f"{name} #{k + 1}"
@@ -205,7 +213,7 @@ def _of_result(choice: Choice, all_samples: bool, paper_rule: bool) -> list[Moti
 
 
 def _sample(result: Result, k: int, label: str) -> Motion:
-    return _shown(result, result.motions[k], label)
+    return _shown(result, result.people[k].human, label)
 
 
 def _shown(result: Result, human: HumanMotion, label: str) -> Motion:

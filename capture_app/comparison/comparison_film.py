@@ -64,7 +64,12 @@ def compare_motions(request: CompareRequest, progress: Progress = silent) -> Com
 
 def _read(request: CompareRequest, progress: Progress) -> Comparison:
     chosen = [choice(text) for text in request.motions]
-    found = load_motions(chosen, all_samples=request.samples, paper_rule=request.rule == "paper")
+    found = load_motions(
+        chosen,
+        all_samples=request.samples,
+        paper_rule=request.rule == "paper",
+        progress=progress,
+    )
     if len(found) > MOST:
         raise InputError(
             "too-many-motions",

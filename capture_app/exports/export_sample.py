@@ -27,6 +27,7 @@ from capture_app.exports.resample import at_rate
 from capture_app.exports.target_skeleton import Target, read_target
 from capture_app.exports.usd import write_usd
 from capture_app.picture_bytes import encoded
+from capture_app.progress import Progress, silent
 from capture_app.result import Result, body_of, load_result, sample_index
 from capture_app.solve_samples import solved_result
 from omomo_core.body.model import BodyModel
@@ -197,12 +198,13 @@ def _write_usd(
     write_usd(partials[0], take, up, units, files[1].name)
 
 
-def export_result(request: ExportRequest) -> Exported:
+def export_result(request: ExportRequest, progress: Progress = silent) -> Exported:
     """Write it; all files appear whole or not at all.
 
     Args:
         request: the result, the file to write or a folder for it, and how the file shall be. AMASS poses
             are for the SMPL-X model that the result was made with, if no skeleton is given.
+        progress: told the stage "solve" where the sample was not solved yet.
 
     Raises:
         InputError: "format-needed", or see `export`; or the result cannot be read or has no such sample.
@@ -210,7 +212,7 @@ def export_result(request: ExportRequest) -> Exported:
     to = request.to or _format_of(request.output)
     result = load_result(request.result)
     index = sample_index(result, request.sample)
-    result = solved_result(result, [index])
+    result = solved_result(result, [index], progress)
     suffix = "" if request.sample is None else f"_sample_{request.sample}"
     path = target_of(request.output, result.folder.resolve().name + suffix, to)
     skeleton = request.skeleton
@@ -218,7 +220,7 @@ def export_result(request: ExportRequest) -> Exported:
         skeleton = _own_model(result)
     return export(
         path,
-        result.motions[index],
+        result.people[index].human,
         result.object_motion,
         body_of(result),
         request,

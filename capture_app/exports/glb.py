@@ -4,9 +4,13 @@ Follows the glTF 2.0 specification, sections 3.7.3 (skins) and 3.11 (animations)
 VRMC_vrm_animation 1.0.
 """
 
+import struct
+from collections import defaultdict
+from collections.abc import Iterable
 from importlib.metadata import version
+from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -43,10 +47,11 @@ from capture_app.commands.export import Bones
 from capture_app.exports import exported_take as taken
 from capture_app.exports.bones import BONE_NAMES, creased, take_on_own_bones
 from capture_app.exports.exported_take import Take, placed, pose_locals, rest_locals
-from capture_app.exports.resample import Sampled
+from capture_app.exports.resample import Sampled, frames_of
 from capture_app.picture_bytes import PictureBytes, encoded
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.rotations import xyzw_from_matrix
+from omomo_core.long_arrays import row_blocks
 from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion, Texture
 
 _COMPONENT = {"float32": FLOAT, "uint16": UNSIGNED_SHORT, "uint32": UNSIGNED_INT}
@@ -58,7 +63,8 @@ class GlbBuffer:
 
     def __init__(self, gltf: GLTF2) -> None:
         self._gltf = gltf
-        self._bytes = bytearray()
+        self._pieces: list[bytes] = []
+        self._length = 0
 
     def vertices(self, values: np.ndarray, dtype: str = "float32") -> int:
         """One value per vertex: positions, normals, joints, weights."""
@@ -76,28 +82,37 @@ class GlbBuffer:
     def texture(self, picture: PictureBytes) -> int:
         """A picture, for a material."""
         gltf = self._gltf
-        view = BufferView(buffer=0, byteOffset=len(self._bytes), byteLength=len(picture.data))
-        gltf.bufferViews.append(view)
-        self._bytes += picture.data + b"\0" * (-len(picture.data) % 4)
-        gltf.images.append(Image(bufferView=len(gltf.bufferViews) - 1, mimeType=picture.mime))
+        view = self._view(picture.data, None)
+        gltf.images.append(Image(bufferView=view, mimeType=picture.mime))
         gltf.textures.append(GltfTexture(source=len(gltf.images) - 1))
         return len(gltf.textures) - 1
 
-    def finish(self) -> None:
-        """Put the bytes into the file."""
-        self._gltf.buffers = [Buffer(byteLength=len(self._bytes))]
-        self._gltf.set_binary_blob(bytes(self._bytes))
+    def write(self, path: Path) -> None:
+        """Write the file: glTF 2.0, section 4.4."""
+        self._gltf.buffers = [Buffer(byteLength=self._length)]
+        scene = self._gltf.gltf_to_json(separators=(",", ":"), indent=None).encode()
+        scene += b" " * (-len(scene) % 4)
+        whole = 12 + 8 + len(scene) + 8 + self._length
+        with path.open("wb") as file:
+            file.write(struct.pack("<4sII", b"glTF", 2, whole))
+            file.write(struct.pack("<I4s", len(scene), b"JSON") + scene)
+            file.write(struct.pack("<I4s", self._length, b"BIN\0"))
+            file.writelines(self._pieces)
+
+    def _view(self, data: bytes, target: int | None) -> int:
+        """Add bytes, and return the index of their view."""
+        view = BufferView(buffer=0, byteOffset=self._length, byteLength=len(data), target=target)
+        self._gltf.bufferViews.append(view)
+        self._pieces += [data, b"\0" * (-len(data) % 4)]
+        self._length += len(data) + len(self._pieces[-1])
+        return len(self._gltf.bufferViews) - 1
 
     def _add(self, values: np.ndarray, target: int | None) -> int:
-        data = np.ascontiguousarray(values).tobytes()
-        view = BufferView(
-            buffer=0, byteOffset=len(self._bytes), byteLength=len(data), target=target
-        )
-        self._gltf.bufferViews.append(view)
+        view = self._view(np.ascontiguousarray(values).tobytes(), target)
         flat = values.reshape(len(values), -1)
         self._gltf.accessors.append(
             Accessor(
-                bufferView=len(self._gltf.bufferViews) - 1,
+                bufferView=view,
                 componentType=_COMPONENT[values.dtype.name],
                 count=len(values),
                 type=_TYPE[values.shape[1:]],
@@ -105,7 +120,6 @@ class GlbBuffer:
                 max=flat.max(axis=0).tolist(),
             )
         )
-        self._bytes += data + b"\0" * (-len(data) % 4)
         return len(self._gltf.accessors) - 1
 
 
@@ -124,8 +138,9 @@ def write_glb(path: Path, human: HumanMotion, object_motion: ObjectMotion, body:
         object_motion: as many frames as `human`.
         body: its bones must be those that `human` moves.
     """
-    sampled = Sampled(human, object_motion, FPS)
-    write_glb_take(path, take_on_own_bones(sampled, body, BONE_NAMES[Bones.smplx]))
+    names = BONE_NAMES[Bones.smplx]
+    blocks = (frames_of(human, object_motion, some) for some in row_blocks(len(human.root)))
+    _write(path, (take_on_own_bones(Sampled(*block, FPS), body, names) for block in blocks))
 
 
 def write_glb_take(path: Path, take: Take, *, vrm: bool = False) -> None:
@@ -140,7 +155,13 @@ def write_glb_take(path: Path, take: Take, *, vrm: bool = False) -> None:
         take: in our own world.
         vrm: say which joint is which humanoid bone, as in a .vrma file.
     """
-    take = placed(take, "y", "m")
+    _write(path, [take], vrm=vrm)
+
+
+def _write(path: Path, blocks: Iterable[Take], *, vrm: bool = False) -> None:
+    """Write consecutive stretches of a take as one."""
+    blocks = (placed(block, "y", "m") for block in blocks)
+    take = next(blocks)
     gltf = GLTF2(asset=_asset(take))
     buffer = GlbBuffer(gltf)
     gltf.materials = [_material("body", BLUE), _object_material(buffer, take.mesh.texture)]
@@ -149,14 +170,13 @@ def write_glb_take(path: Path, take: Take, *, vrm: bool = False) -> None:
     figure, thing = len(gltf.nodes), len(gltf.nodes) + 1
     gltf.nodes += [Node(name="body", mesh=0, skin=0), _object_node(take)]
     gltf.skins = [_skin(buffer, take.skeleton)]
-    gltf.animations = [_animation(buffer, take, thing)]
+    gltf.animations = [_animation(buffer, chain([take], blocks), thing)]
     gltf.scenes = [Scene(nodes=[0, figure, thing])]
     gltf.scene = 0
     if vrm:
         gltf.extensionsUsed = ["VRMC_vrm_animation"]
         gltf.extensions = {"VRMC_vrm_animation": _humanoid(take)}
-    buffer.finish()
-    path.write_bytes(b"".join(gltf.save_to_bytes()))
+    buffer.write(path)
 
 
 def _asset(take: Take) -> Asset:
@@ -248,24 +268,45 @@ def _skin(buffer: GlbBuffer, skeleton: taken.Skeleton) -> Skin:
     )
 
 
-def _animation(buffer: GlbBuffer, take: Take, thing: int) -> Animation:
-    local, T = pose_locals(take), take.T_world_object
-    moves: list[tuple[int, str, Float[np.ndarray, "frames n"]]] = [
-        *((j, "translation", local.positions[:, j]) for j in take.skeleton.travelling),
-        *(
-            (j, "rotation", xyzw_from_matrix(local.rotations[:, j]))
-            for j in range(len(take.skeleton.names))
-        ),
-        (thing, "translation", T[:, :3, 3]),
-        (thing, "rotation", xyzw_from_matrix(T[:, :3, :3])),
-    ]
-    times = buffer.values(take.times)
+def _animation(buffer: GlbBuffer, blocks: Iterable[Take], thing: int) -> Animation:
+    tracks: defaultdict[_Track, list[Float[np.ndarray, "frames n"]]] = defaultdict(list)
+    frames, rate = 0, FPS
+    for take in blocks:
+        for track, values in _moves(take, thing).items():
+            key_frames = values
+            if track.path == "rotation":
+                before = tracks[track][-1][-1] if frames else None
+                key_frames = xyzw_from_matrix(values, before)
+            tracks[track].append(key_frames.astype("float32"))
+        frames, rate = frames + len(take.positions), take.fps
+    times = buffer.values(np.arange(frames) / rate)
     animation = Animation(name="take")
-    for k, (node, what, values) in enumerate(moves):
-        animation.samplers.append(AnimationSampler(input=times, output=buffer.values(values)))
-        target = AnimationChannelTarget(node=node, path=what)
+    for k, (track, values) in enumerate(tracks.items()):
+        output = buffer.values(np.concatenate(values))
+        values.clear()
+        animation.samplers.append(AnimationSampler(input=times, output=output))
+        target = AnimationChannelTarget(node=track.node, path=track.path)
         animation.channels.append(AnimationChannel(sampler=k, target=target))
     return animation
+
+
+class _Track(NamedTuple):
+    """What moves a node: "translation" or "rotation"."""
+
+    node: int
+    path: str
+
+
+def _moves(take: Take, thing: int) -> dict[_Track, np.ndarray]:
+    """Return positions and rotation matrices of the nodes that move."""
+    local, T = pose_locals(take), take.T_world_object
+    joints = range(len(take.skeleton.names))
+    return {
+        **{_Track(j, "translation"): local.positions[:, j] for j in take.skeleton.travelling},
+        **{_Track(j, "rotation"): local.rotations[:, j] for j in joints},
+        _Track(thing, "translation"): T[:, :3, 3],
+        _Track(thing, "rotation"): T[:, :3, :3],
+    }
 
 
 def _humanoid(take: Take) -> dict[str, Any]:

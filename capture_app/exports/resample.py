@@ -1,6 +1,6 @@
 """A motion at another frame rate, by time: hands stay on the object and planted feet stand still."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import torch
@@ -12,6 +12,7 @@ from omomo_core.body.kinematics import joints_of
 from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.transforms import to_local
+from omomo_core.long_arrays import let_go
 from omomo_core.motion import FPS, HumanMotion, ObjectMotion
 from omomo_core.skeleton import joint
 
@@ -32,6 +33,18 @@ class Sampled:
     """A contact is 1 only where it lasts from the frame before to the frame after."""
     object_motion: ObjectMotion
     fps: float
+
+
+def frames_of(
+    human: HumanMotion, object_motion: ObjectMotion, some: slice
+) -> tuple[HumanMotion, ObjectMotion]:
+    """Return some frames of a motion and its object; none of those read from a file stays in memory."""
+    arrays = {f.name: getattr(human, f.name) for f in fields(HumanMotion)}
+    part = HumanMotion(**{name: array[some].copy() for name, array in arrays.items()})
+    for array in arrays.values():
+        let_go(array)
+    T, valid = object_motion.T_world_object[some], object_motion.valid[some]
+    return part, replace(object_motion, T_world_object=T, valid=valid)
 
 
 @dataclass(frozen=True)

@@ -157,7 +157,7 @@ def watched(result: Result, watcher: Watcher, place: FilmPlacement) -> Aligned:
 def shown_share(result: Result, sample: int, aligned: Aligned) -> float:
     """Part of the pictures in which any joint of a sample is."""
     nearest = np.rint(aligned.seconds * FPS).astype(int)
-    joints = result.motions[sample].joints[nearest]
+    joints = result.people[sample].human.joints[nearest]
     return share_shown(joints, aligned.cameras, *aligned.film.size)
 
 
@@ -188,7 +188,9 @@ def draw(
     moved = result.object_motion
     # The object is where the film shows it: a guess is not greyed.
     thing = replace(retimed(rigid_object(moved), at, len(moved.valid)), color=None)
-    person = retimed(skinned_body(result.motions[sample], body_of(result)), at, len(moved.valid))
+    person = retimed(
+        skinned_body(result.people[sample].human, body_of(result)), at, len(moved.valid)
+    )
     shown = aligned.film.shown
     if shown is None:
         poses = np.stack([camera.T_world_camera for camera in aligned.cameras])

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from capture_app.inspection import inspect_take
 from capture_app.manifest import MOTION
+from capture_app.progress import Progress, silent
 from capture_app.replay import VIEWER
 from capture_app.replay.scene_pack import pack_result, pack_session
 from capture_app.result import load_result
@@ -102,6 +103,7 @@ def open_scene(
     *,
     film: bool,
     reading: Reading = AS_LOGGED,
+    progress: Progress = silent,
 ) -> bytes:
     """The scene pack of a result folder or a session.
 
@@ -110,6 +112,7 @@ def open_scene(
         mesh, mount, mesh_scale: the object of a session; a result has its own.
         film: show what the phone filmed, too.
         reading: what is said about a session that its log does not say.
+        progress: told the stage "solve" where samples were not solved yet.
 
     Raises:
         InputError: it is neither, or "object-unused".
@@ -124,4 +127,4 @@ def open_scene(
             where=str(path),
             fix="Leave out ‹object› and ‹mount›.",
         )
-    return pack_result(all_solved(load_result(path)), film=film)
+    return pack_result(all_solved(load_result(path), progress), film=film)

@@ -18,6 +18,7 @@ from ingest.report.checked_session import CheckedSession
 from ingest.report.take_report import Check, grade, graded
 from ingest.session import GRAVITY, R_CAMERA_DEVICE, CaptureSession, ImuLog
 from ingest.session_images import image_times, pictures
+from ingest.smoothing import cross_correlation, derivative_weights, smooth_derivative
 from omomo_core.geometry.transforms import inverse
 
 _PAIRS = 8
@@ -421,15 +422,13 @@ def measure_agreement(
 
 def _acceleration_noise(session: CaptureSession) -> float:
     """Standard deviation that the noise of positions gives to accelerations on each axis, m/s^2."""
-    from scipy.signal import savgol_coeffs
-
     place, rate = session.T_world_phone[:, :3, 3], 1 / np.median(np.diff(session.times))
     left = np.diff(place, n=6, axis=0)
     if len(left) == 0:
         return 0.0
     # The quietest fifth tells: what is left of motion is not noise. 924 is the sum of the squared weights.
     quiet = np.quantile((left**2).sum(axis=1), 0.2) / chi2_quantile(0.2, 3) / 924
-    growth = np.linalg.norm(savgol_coeffs(_SMOOTH, 3, deriv=2, delta=1 / _RATE))
+    growth = np.linalg.norm(derivative_weights(_SMOOTH, 3, 2)) * _RATE**2
     return float(np.sqrt(quiet * max(1.0, _RATE / rate)) * growth)
 
 
@@ -450,15 +449,12 @@ def _derivatives(
     session: CaptureSession, clock: Float64[np.ndarray, " samples"]
 ) -> tuple[Rotation, Float64[np.ndarray, "samples 3"], Float64[np.ndarray, "samples 3"]]:
     """Rotation, angular velocity (camera axes) and acceleration (world) of the poses."""
-    from scipy.signal import savgol_filter  # half a second, and few recordings hold an IMU
-
     T = session.T_world_phone
     R = Slerp(session.times, Rotation.from_matrix(T[:, :3, :3]))(clock)
     place = np.stack([np.interp(clock, session.times, axis) for axis in T[:, :3, 3].T], axis=1)
     steps = (R[:-1].inv() * R[1:]).as_rotvec() * _RATE
-    turning = savgol_filter(np.concatenate([steps, steps[-1:]]), _SMOOTH, 3, axis=0)
-    moving = savgol_filter(place, _SMOOTH, 3, deriv=2, delta=1 / _RATE, axis=0)
-    return R, np.asarray(turning), np.asarray(moving)
+    turning = smooth_derivative(np.concatenate([steps, steps[-1:]]), _SMOOTH, 3)
+    return R, turning, smooth_derivative(place, _SMOOTH, 3, 2) * _RATE**2
 
 
 def _imu_at(
@@ -467,10 +463,8 @@ def _imu_at(
     clock: Float64[np.ndarray, " samples"],
 ) -> Float64[np.ndarray, "samples 3"]:
     """Readings smoothed as the poses are, in camera axes."""
-    from scipy.signal import savgol_filter
-
     values = np.stack([np.interp(clock, times, axis) for axis in values.T], axis=1)
-    return savgol_filter(values, _SMOOTH, 3, axis=0) @ R_CAMERA_DEVICE.T
+    return smooth_derivative(values, _SMOOTH, 3) @ R_CAMERA_DEVICE.T
 
 
 def _lag(
@@ -479,14 +473,12 @@ def _lag(
     use: Bool[np.ndarray, " samples"],
 ) -> float | None:
     """Shift at which the speeds of rotation agree best, whatever the axes; None if nowhere."""
-    from scipy.signal import correlate
-
     ours, theirs = np.linalg.norm(poses, axis=1), np.linalg.norm(gyro, axis=1)
     if min(ours[use].std(), theirs[use].std()) < _MIN_TURNING:
         return None
     x, y = np.where(use, ours - ours[use].mean(), 0.0), theirs - theirs.mean()
-    power = correlate(y**2, use.astype(float), "full").clip(1e-12)
-    scores = correlate(y, x, "full") / np.sqrt((x @ x) * power)
+    power = cross_correlation(y**2, use.astype(float)).clip(1e-12)
+    scores = cross_correlation(y, x) / np.sqrt((x @ x) * power)
     shifts = np.arange(1 - len(x), len(x))
     scores[np.abs(shifts) > min(_MAX_LAG * _RATE, len(x) / 3)] = 0.0
     best = int(np.argmax(scores))

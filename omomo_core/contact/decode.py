@@ -61,9 +61,7 @@ def _travels(palm: Float[np.ndarray, "frames 3"], surface: Surface) -> list[_Tra
     step = np.linalg.norm(places[REGRASP.stay :] - places[: -REGRASP.stay], axis=1)
     if step.max() < REGRASP.apart:
         return []
-    from scipy.signal import find_peaks  # half a second, and few hands travel
-
-    peaks, _ = find_peaks(np.pad(step, 1), height=REGRASP.apart, distance=REGRASP.stay)
+    peaks = find_peaks(np.pad(step, 1), REGRASP.apart, REGRASP.stay)
     travels: list[_Travel] = []
     for at in peaks - 1:
         before, after = places[at], places[at + REGRASP.stay]
@@ -77,6 +75,26 @@ def _travels(palm: Float[np.ndarray, "frames 3"], surface: Surface) -> list[_Tra
         frames = int(np.clip(np.ceil(length / REGRASP.pace), REGRASP.quickest, REGRASP.slowest))
         travels.append((change - frames // 2, change - frames // 2 + frames))
     return travels
+
+
+def find_peaks(
+    x: Float[np.ndarray, " n"], height: float, distance: int
+) -> Int[np.ndarray, " peaks"]:
+    """Return where local maxima of at least a height are; of some that are near each other, the highest.
+
+    So does `scipy.signal`, which takes half a second to import.
+    """
+    changes = np.flatnonzero(np.diff(x))
+    rises = x[changes + 1] > x[changes]
+    tops = np.flatnonzero(rises[:-1] & ~rises[1:])
+    peaks = (changes[tops] + 1 + changes[tops + 1]) // 2
+    peaks = peaks[x[peaks] >= height]
+    kept = np.ones(len(peaks), bool)
+    for k in np.argsort(x[peaks])[::-1]:
+        if kept[k]:
+            kept &= np.abs(peaks - peaks[k]) >= distance
+            kept[k] = True
+    return peaks[kept]
 
 
 def _triples(

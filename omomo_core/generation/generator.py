@@ -1,8 +1,8 @@
 """The generator: an object motion in, K people who move it out, ranked (OMOMO section 3)."""
 
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import torch
@@ -19,8 +19,9 @@ from omomo_core.generation.generation_options import (
 )
 from omomo_core.generation.object_clip import ObjectModel
 from omomo_core.generation.paper_generator import generate_as_published
-from omomo_core.generation.person import join
+from omomo_core.generation.person import GrowingPerson
 from omomo_core.generation.sample_chunks import sample_chunks
+from omomo_core.generation.sampled_file import save_sampled
 from omomo_core.generation.sampled_take import SampledTake
 from omomo_core.generation.selection.ranking import (
     choose,
@@ -33,7 +34,7 @@ from omomo_core.generation.selection.selection_config import SCORE
 from omomo_core.generation.stream import stream
 from omomo_core.motion import ObjectMotion
 from omomo_core.stages.stage import Stages
-from omomo_core.system import one_blas_thread
+from omomo_core.system import give_back_memory, one_blas_thread
 
 
 def generate(
@@ -43,7 +44,7 @@ def generate(
     options: GenerationOptions,
     progress: Progress = no_progress,
     conditioning: Conditioning = UNCONDITIONED,
-    on_sampled: Callable[[SampledTake], None] = lambda take: None,
+    sampled_file: Path | None = None,
 ) -> Generation:
     """Return K samples of a person who could have moved the object, ranked.
 
@@ -54,8 +55,9 @@ def generate(
         options: samples, seed, contact rule, sampler.
         progress: called with the name of the step and the fraction done.
         conditioning: palms, contacts, first pose or start position that are given (not in the paper's model).
-        on_sampled: called with the sampled take where only what is shown is solved: with it the other
-            samples can be solved later.
+        sampled_file: where the sampled take is written if only what is shown is solved, so that the others
+            can be solved later (`load_sampled`). What is made lies beside it, in files without names, and not
+            in memory; None for memory.
 
     Returns:
         The samples in the world of `motion`. The same arguments give the same result.
@@ -65,8 +67,7 @@ def generate(
     poses = motion.T_world_object
     overall = _over_chunks(progress, len(poses))
     if options.solve == "shown" and options.samples > 1:
-        take = _sampled(motion, body, stages, options, overall, conditioning)
-        on_sampled(take)
+        take = sample_take(motion, body, stages, options, overall, conditioning, sampled_file)
         return _solved_to_show(take, progress)
     # Two threads must not each change how many threads BLAS has.
     with one_blas_thread():
@@ -81,9 +82,15 @@ def generate(
             chunk_sizes=RECORDED,
             complete=True,
         )
-        chunks = list(made)
-    people = tuple(join([b.people[k] for b in chunks]) for k in range(options.samples))
-    return rank(people, np.concatenate([b.must_hold for b in chunks]))
+        folder = None if sampled_file is None else sampled_file.parent
+        people = [GrowingPerson(folder) for _ in range(options.samples)]
+        must_hold: list[np.ndarray] = []
+        for chunk in made:
+            for person, part in zip(people, chunk.people, strict=True):
+                person.add(part)
+            must_hold.append(chunk.must_hold)
+            give_back_memory()
+    return rank([person.whole() for person in people], np.concatenate(must_hold))
 
 
 def _over_chunks(progress: Progress, frames: int) -> Progress:
@@ -99,15 +106,16 @@ def _over_chunks(progress: Progress, frames: int) -> Progress:
     return overall
 
 
-def _sampled(
+def sample_take(
     motion: ObjectMotion,
     body: BodyModel,
     stages: Stages,
     options: GenerationOptions,
-    progress: Progress,
-    conditioning: Conditioning,
+    progress: Progress = no_progress,
+    conditioning: Conditioning = UNCONDITIONED,
+    sampled_file: Path | None = None,
 ) -> SampledTake:
-    """Return a take of which all samples are sampled and none is solved."""
+    """Return a take of which all samples are sampled and none is solved; the arguments are `generate`'s."""
     model = ObjectModel(motion.mesh, stages.height / body.height, body.shoe_sole)
     with one_blas_thread():
         chunks = sample_chunks(
@@ -121,6 +129,8 @@ def _sampled(
             progress,
             torch.get_num_threads(),
         )
+        if sampled_file is not None:
+            return save_sampled(sampled_file, chunks, model, body)
         # What the networks gave has done its work when the next chunk is sampled.
         return SampledTake([replace(chunk, features=None) for chunk in chunks], model, body)
 

@@ -1,8 +1,10 @@
 """A generated person, and the scene scaled to another stature."""
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -15,6 +17,7 @@ from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
 from omomo_core.contact.segment import ContactSegment, ContactSpan
 from omomo_core.generation.generation_config import RETARGETING
+from omomo_core.long_arrays import GrowingArray
 from omomo_core.motion import HumanMotion
 from omomo_core.skeleton import joint
 
@@ -76,36 +79,56 @@ def shift_spans(segments: Sequence[_S], start: int, stop: int) -> tuple[_S, ...]
     return tuple(s for s in cut if s.start < s.stop)
 
 
-def join(parts: Sequence[Person]) -> Person:
-    """Return consecutive stretches as one person; a segment that was cut between two is one again."""
-    human = HumanMotion(
-        **{
-            f.name: np.concatenate([getattr(p.human, f.name) for p in parts])
-            for f in fields(HumanMotion)
-        }
-    )
-    segments: list[ContactSegment] = []
-    first = 0
-    for part in parts:
+class GrowingPerson:
+    """A person whose stretches are added in the order of time."""
+
+    def __init__(self, folder: Path | None = None) -> None:
+        """Begin without frames.
+
+        Args:
+            folder: where the arrays grow in files; None for memory.
+        """
+        self._arrays: defaultdict[str, GrowingArray] = defaultdict(lambda: GrowingArray(folder))
+        self._segments: list[ContactSegment] = []
+        self._frames = 0
+        self._fitted = True
+
+    def add(self, part: Person) -> None:
+        """Add a stretch; a segment that was cut between it and the one before is one again."""
+        human, fit = part.human, part.finger_fit
+        arrays = {f.name: getattr(human, f.name) for f in fields(HumanMotion)}
+        arrays |= {"miss": part.miss, "depth": part.depth}
+        if fit is not None:
+            arrays |= {
+                "finger_depth": fit.depth,
+                "pad_distance": fit.pad_distance,
+                "grip": fit.grip,
+            }
+        for name, rows in arrays.items():
+            self._arrays[name].add(rows)
         for s in part.segments:
-            _append(segments, replace(s, start=s.start + first, stop=s.stop + first))
-        first += len(part.miss)
-    return Person(
-        human,
-        tuple(sorted(segments, key=lambda s: (s.start, s.hand))),
-        np.concatenate([p.miss for p in parts]),
-        np.concatenate([p.depth for p in parts]),
-        _joined_fit([p.finger_fit for p in parts]),
-    )
+            moved = replace(s, start=s.start + self._frames, stop=s.stop + self._frames)
+            _append(self._segments, moved)
+        self._frames += len(part.miss)
+        self._fitted &= part.finger_fit is not None
+
+    def whole(self) -> Person:
+        """Return the person with all frames; nothing is added afterwards."""
+        arrays = {name: array.whole() for name, array in self._arrays.items()}
+        human = HumanMotion(**{f.name: arrays[f.name] for f in fields(HumanMotion)})
+        fit = None
+        if self._fitted:
+            fit = FingerFit(arrays["finger_depth"], arrays["pad_distance"], arrays["grip"])
+        segments = tuple(sorted(self._segments, key=lambda s: (s.start, s.hand)))
+        return Person(human, segments, arrays["miss"], arrays["depth"], fit)
 
 
-def _joined_fit(parts: Sequence[FingerFit | None]) -> FingerFit | None:
-    known = [part for part in parts if part is not None]
-    if len(known) < len(parts):
-        return None
-    return FingerFit(
-        **{f.name: np.concatenate([getattr(p, f.name) for p in known]) for f in fields(FingerFit)}
-    )
+def join(parts: Iterable[Person], folder: Path | None = None) -> Person:
+    """Return consecutive stretches as one person, whose arrays are in files of a folder if one is given."""
+    person = GrowingPerson(folder)
+    for part in parts:
+        person.add(part)
+    return person.whole()
 
 
 def _append(segments: list[ContactSegment], new: ContactSegment) -> None:

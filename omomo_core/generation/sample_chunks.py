@@ -37,6 +37,7 @@ from omomo_core.generation.sampling.sample_hands import (
 )
 from omomo_core.motion import HandMotion
 from omomo_core.stages.stage import Stages
+from omomo_core.system import give_back_memory
 
 
 @dataclass(frozen=True)
@@ -161,6 +162,7 @@ def sample_chunks(
     for chunk in split_into_chunks(poses, chunk_sizes):
         with torch_threads(1):
             sample = sampler.sample(chunk, prefix)
+        give_back_memory()
         yield sample
         if not chunk.last:
             prefix = sample.prefix(chunk.handed_on(chunk_sizes.context))

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import torch
@@ -21,13 +22,13 @@ from omomo_core.generation.decoding import finish_people, interaction_targets
 from omomo_core.generation.generation_config import RECORDED
 from omomo_core.generation.generation_options import SolvedPrefix
 from omomo_core.generation.object_clip import ObjectModel
-from omomo_core.generation.person import Person, join, shift_spans, stretch
+from omomo_core.generation.person import GrowingPerson, Person, join, shift_spans, stretch
 from omomo_core.generation.sample_chunks import SampledChunk
 from omomo_core.generation.solving.bodies import SolvedBodies, solve_bodies
 from omomo_core.generation.solving.solving_config import BODY_SOLVING
 from omomo_core.motion import HumanMotion
 from omomo_core.skeleton import FINGER_JOINTS
-from omomo_core.system import one_blas_thread
+from omomo_core.system import give_back_memory, one_blas_thread
 
 DEPTH_STRIDE = 2
 """The penetration depth of people who are not solved is measured in one frame of so many."""
@@ -41,6 +42,8 @@ class SampledTake:
     """In the order of time; each begins with frames of the one before."""
     object_model: ObjectModel
     body: BodyModel
+    folder: Path | None = None
+    """Where the arrays of people lie, in files without names; None for memory."""
 
     @property
     def samples(self) -> int:
@@ -54,7 +57,8 @@ class SampledTake:
 
     def as_sampled(self, k: int) -> Person:
         """Return a person who is not solved: palms may miss the object, and fingers are straight."""
-        return join([_as_sampled(s, k, self.object_model, self.body) for s in self.chunks])
+        made = (_as_sampled(s, k, self.object_model, self.body) for s in self.chunks)
+        return join(made, self.folder)
 
     def solve(self, k: int, progress: Callable[[float], None] = lambda done: None) -> Person:
         """Return a person, solved; the same whenever and in whichever order people are asked for.
@@ -126,7 +130,7 @@ def _solved(
     pool: ThreadPoolExecutor | None,
     progress: Callable[[float], None],
 ) -> Person:
-    people: list[Person] = []
+    person = GrowingPerson(take.folder)
     prefix: SolvedPrefix | None = None
     laid: Future[_Laid] | None = None
     for n, chunk in enumerate(take.chunks):
@@ -139,13 +143,14 @@ def _solved(
         # Before the hands are laid, which changes the rotations.
         prefix = replace(bodies.prefix(frames), rotations=bodies.rotations[:, frames].clone())
         if laid is not None:
-            people.append(laid.result().person)
+            person.add(laid.result().person)
+            give_back_memory()
         before = sample.posed if laid is None else laid.result().prefix
         laid = _begun(pool, partial(_with_hands, sample, take, targets, bodies, before))
     assert laid is not None
-    people.append(laid.result().person)
+    person.add(laid.result().person)
     progress(1.0)
-    return join(people)
+    return person.whole()
 
 
 @torch.inference_mode()

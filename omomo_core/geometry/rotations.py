@@ -123,15 +123,23 @@ ROUNDING = 1e-6
 
 def xyzw_from_matrix(
     R: Float[np.ndarray, "frames *batch 3 3"],
+    before: Float[np.ndarray, "*batch 4"] | None = None,
 ) -> Float[np.ndarray, "frames *batch 4"]:
     """Unit quaternions of rotations over time, continuous along the frames.
 
     q and -q are the same rotation: the first frame takes w >= 0 and every later one the sign nearer
     to the frame before, so that a reader may interpolate the numbers.
+
+    Args:
+        R: rotations of consecutive frames.
+        before: quaternions of the frame before them, if there is one.
     """
     # Matrices that are rounded to single precision need not be made orthogonal first, which takes long.
     quaternions = roma.rotmat_to_unitquat(torch.from_numpy(R.astype(np.float64))).numpy()
-    quaternions[:1] *= np.where(quaternions[:1, ..., 3:] < 0, -1.0, 1.0)
+    near = quaternions[:1, ..., 3:]
+    if before is not None:
+        near = np.sum(quaternions[:1] * before, axis=-1, keepdims=True)
+    quaternions[:1] *= np.where(near < 0, -1.0, 1.0)
     turns = np.sum(quaternions[1:] * quaternions[:-1], axis=-1, keepdims=True) < 0
     quaternions[1:] *= np.cumprod(np.where(turns, -1.0, 1.0), axis=0)
     return quaternions

@@ -339,6 +339,27 @@ def test_help_loads_nothing_heavy() -> None:
     assert "--mount" in done.stdout
 
 
+def test_a_run_loads_no_statistics_and_no_signal_processing(tmp_path: Path) -> None:
+    """Both take half a second of every start."""
+    demo = "capture_app/demo_take"
+    said = [
+        "run",
+        f"{demo}/session",
+        "--object",
+        f"{demo}/box.obj",
+        "--mount",
+        f"{demo}/mount.json",
+    ]
+    said += ["-o", str(tmp_path / "out"), "--samples", "1", "--steps", "2", "--no-video"]
+    look = (
+        f"import sys; from capture_app.cli.app import invoke; assert invoke({said}) == 0;"
+        "heavy = {'scipy.stats', 'scipy.signal'} & set(sys.modules);"
+        "sys.exit(f'loaded {heavy}' if heavy else 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
 def test_a_server_starts_without_what_its_workers_load() -> None:
     look = (
         "import sys; import capture_app.web.server; heavy = {'torch', 'pyrender'} & set(sys.modules);"

@@ -1,6 +1,7 @@
 """Samples that are solved when they are asked for: kept in the result, and the same whoever asks."""
 
 import shutil
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +13,10 @@ from capture_app.motion_arrays import SAMPLED, sample_file, unsolved_samples
 from capture_app.pipeline import run_take
 from capture_app.replay.scene_pack import pack_result
 from capture_app.result import Result, body_of, load_result
-from capture_app.sampled_file import load_sampled
 from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from capture_app.solve_samples import all_solved, solved_result
 from omomo_core.errors import InputError
+from omomo_core.generation.sampled_file import load_sampled
 from tests.capture_app.replay.made import read_pack
 
 
@@ -111,3 +112,23 @@ def test_a_folder_that_cannot_be_written_gives_the_sample_all_the_same(result, m
     k = _other(result)
     assert solved_result(result, [k]).people[k].finger_fit is not None
     assert not sample_file(result.folder, k).exists()
+
+
+@pytest.mark.parametrize("command", ["export", "replay", "compare", "render"])
+def test_commands_show_how_far_solving_is(result, tmp_path, monkeypatch, command):
+    told: list[str] = []
+
+    @contextmanager
+    def bars():
+        yield lambda stage, done: told.append(stage)
+
+    monkeypatch.setattr(f"capture_app.cli.{command}.progress_bars", bars)
+    number = str(_other(result) + 1)
+    words = {
+        "export": ["--sample", number, "-o", str(tmp_path / "other.csv")],
+        "replay": ["--no-film", "-o", str(tmp_path / "other.html")],
+        "compare": ["--samples", "--still", "1", "-o", str(tmp_path / "other.png")],
+        "render": ["--sample", number, "--still", "1", "-o", str(tmp_path / "other.png")],
+    }
+    assert invoke([command, str(result.folder), *words[command]]) == 0
+    assert "solve" in told

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 import torch
 
+from omomo_core.generation.conditioning import Conditioning, Pose
 from omomo_core.generation.generation_options import GenerationOptions
-from omomo_core.generation.generator import generate
+from omomo_core.generation.generator import generate, sample_take
 from omomo_core.generation.person import Person
-from omomo_core.generation.sampled_take import SampledTake
+from omomo_core.generation.sampled_file import load_sampled
 from omomo_core.generation.selection.ranking import is_good, order_as_sampled
+from omomo_core.motion import HandMotion
 from tests.core.test_generation import carried, untrained
 from tests.core.test_generation_stream import BODY
 
@@ -19,10 +21,8 @@ FRAMES = 900
 @pytest.fixture(scope="module")
 def made():
     """A generation of three people, of whom only what is shown is solved, and its sampled take."""
-    taken: list[SampledTake] = []
-    options = GenerationOptions(samples=3, steps=2, solve="shown")
-    generation = generate(carried(FRAMES), BODY, untrained(), options, on_sampled=taken.append)
-    return generation, taken[0]
+    asked = carried(FRAMES), BODY, untrained(), GenerationOptions(3, steps=2, solve="shown")
+    return generate(*asked), sample_take(*asked)
 
 
 def _same(a: Person, b: Person) -> bool:
@@ -50,13 +50,10 @@ def test_a_person_is_the_same_whenever_and_by_however_many_threads_they_are_solv
 
 
 def test_solving_one_moves_them_as_solving_all_does():
-    options = {"samples": 2, "steps": 2, "seed": 4}
-    motion, taken = carried(100), list[SampledTake]()
-    whole = generate(motion, BODY, untrained(), GenerationOptions(**options))
-    few = GenerationOptions(**options, solve="shown")
-    generate(motion, BODY, untrained(), few, on_sampled=taken.append)
+    asked = carried(100), BODY, untrained(), GenerationOptions(samples=2, steps=2, seed=4)
+    whole, take = generate(*asked), sample_take(*asked)
     for k in range(2):
-        apart = taken[0].solve(k).human.joints - whole.people[k].human.joints
+        apart = take.solve(k).human.joints - whole.people[k].human.joints
         assert np.linalg.norm(apart, axis=-1).mean() < 0.002
 
 
@@ -92,3 +89,28 @@ def test_who_leaps_is_deep_or_has_many_faults_is_not_shown_without_a_look_at_oth
     leaping, inside_cm, total, good
 ):
     assert is_good({"leaping": leaping, "inside_cm": inside_cm, "total": total}) == good
+
+
+def test_a_take_in_files_gives_the_same_people_and_can_be_read_again(made, tmp_path):
+    in_memory, take = made
+    asked = carried(FRAMES), BODY, untrained(), GenerationOptions(3, steps=2, solve="shown")
+    in_files = generate(*asked, sampled_file=tmp_path / "sampled.npz")
+    assert in_files.chosen == in_memory.chosen
+    assert in_files.scores == in_memory.scores
+    for one, other in zip(in_files.people, in_memory.people, strict=True):
+        assert _same(one, other)
+        assert not one.human.joints.flags.owndata
+    assert [path.name for path in tmp_path.iterdir()] == ["sampled.npz"]
+    read = load_sampled(tmp_path / "sampled.npz", BODY)
+    assert _same(read.as_sampled(1), take.as_sampled(1))
+    assert np.array_equal(read.must_hold, take.must_hold)
+
+
+def test_palms_and_a_pose_that_are_given_are_kept_in_the_file(made, tmp_path):
+    generation, _ = made
+    first, motion = generation.people[0].human, carried(60)
+    hands = HandMotion(first.joints[:60, 22:], first.hand_contact[:60])
+    given = Conditioning(hands=hands, start_pose=Pose(first.root[0], first.rotations[0]))
+    asked = motion, BODY, untrained(), GenerationOptions(2, steps=2)
+    kept = sample_take(*asked, conditioning=given, sampled_file=tmp_path / "sampled.npz")
+    assert _same(kept.solve(1), sample_take(*asked, conditioning=given).solve(1))

@@ -11,6 +11,7 @@ from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
 from ingest.calibration.hand_eye.hand_eye_model import PoseStream, Samples
+from ingest.smoothing import cross_correlation
 from ingest.uncertainty import rotation, rotation_vector
 from omomo_core.geometry.transforms import inverse, nearest_rotation
 
@@ -179,11 +180,7 @@ def _masked_correlation(
     """Pearson's correlation at every lag over the samples known in both, and how many those are."""
     known_a, known_b = np.isfinite(a).astype(float), np.isfinite(b).astype(float)
     a, b = np.nan_to_num(a), np.nan_to_num(b)
-
-    from scipy.signal import correlate
-
-    def overlap(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        return correlate(x, y, method="fft")
+    overlap = cross_correlation
 
     count = overlap(known_a, known_b)
     enough = count > _LEAST_OVERLAP * min(known_a.sum(), known_b.sum())

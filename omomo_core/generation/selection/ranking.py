@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from itertools import combinations
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -13,6 +14,7 @@ from omomo_core.generation.generation_options import Generation, notes_of
 from omomo_core.generation.person import Person
 from omomo_core.generation.selection.selection_config import SCORE, SCORE_WEIGHTS
 from omomo_core.generation.selection.speed_limits import speed_excess
+from omomo_core.long_arrays import in_blocks
 from omomo_core.motion import FPS, HumanMotion
 from omomo_core.skeleton import joint
 
@@ -56,8 +58,12 @@ def _hand_depth(person: Person) -> float:
 def _wrists_beyond(human: HumanMotion) -> float:
     """Return the share of frames of holding hands in which their wrists are beyond their range."""
     held = human.hand_contact > 0.5
-    beyond = np.stack([wrist_excess(human.rotations, side) for side in range(2)], axis=1)
+    beyond = in_blocks(_both_wrists, human.rotations)
     return float((beyond > SCORE.wrist_slack)[held].mean()) if held.any() else 0.0
+
+
+def _both_wrists(rotations: Float[np.ndarray, "frames 22 3 3"]) -> Float[np.ndarray, "frames 2"]:
+    return np.stack([wrist_excess(rotations, side) for side in range(2)], axis=1)
 
 
 def wrist_excess(
@@ -78,7 +84,7 @@ def wrist_excess(
 
 def _skate(human: HumanMotion) -> float:
     """Return the mean horizontal speed of planted ankles and toes, cm/s."""
-    feet = human.joints[:, FEET, :2]
+    feet = in_blocks(lambda joints: joints[:, FEET, :2], human.joints)
     speed = 100 * FPS * np.linalg.norm(np.diff(feet, axis=0), axis=-1)
     planted = human.foot_contact[1:] > 0.5
     return float(speed[planted].mean()) if planted.any() else 0.0
@@ -86,14 +92,17 @@ def _skate(human: HumanMotion) -> float:
 
 def _lowest_foot(human: HumanMotion) -> Float[np.ndarray, " frames"]:
     """Return the height of the lower toe joint above its floor in the whole motion, metres."""
-    lowest = human.joints[:, FEET[2:], 2].min(axis=1)
+    lowest = in_blocks(lambda joints: joints[:, FEET[2:], 2].min(axis=1), human.joints)
     return lowest - np.quantile(lowest, SCORE.floor_quantile)
 
 
 def _jerk(joints: Float[np.ndarray, "frames 24 3"]) -> float:
     if len(joints) < 4:
         return 0.0
-    return float(np.linalg.norm(np.diff(joints, n=3, axis=0), axis=-1).mean() * FPS**3)
+    jerk = in_blocks(
+        lambda some: np.linalg.norm(np.diff(some, n=3, axis=0), axis=-1), joints, lost=3
+    )
+    return float(jerk.mean() * FPS**3)
 
 
 def rank(people: Sequence[Person], must_hold: Bool[np.ndarray, " frames"]) -> Generation:
@@ -114,7 +123,7 @@ def choose(motions: Sequence[HumanMotion], scores: Sequence[Mapping[str, float]]
     The sample with the fewest faults is often an outlier, and the most central one may skate. A sample that
     leaps is shown only where all do, and none whose body is much deeper in the object than another's.
     """
-    central = _ranks(distance_to_others(np.stack([human.joints for human in motions])).round(6))
+    central = _ranks(distance_to_others([human.joints for human in motions]).round(6))
     faults = _ranks(np.array([s["total"] for s in scores]))
     leaps, inside = (np.array([s[k] for s in scores]) for k in ("leaping", "inside_cm"))
     shown = (leaps == 0) | (leaps > 0).all()
@@ -135,8 +144,8 @@ def order_as_sampled(
         must_hold: frames in which somebody must hold the object.
     """
     scores = tuple(score(person, must_hold) for person in people)
-    joints = np.stack([p.human.joints[:: SCORE.stride] for p in people])
-    central = _ranks(distance_to_others(joints).round(6))
+    joints = [p.human.joints for p in people]
+    central = _ranks(distance_to_others(joints, SCORE.stride).round(6))
     faults = np.array([sum(_WEIGHTS[name] * s[name] for name in _LASTING) for s in scores])
     order = np.argsort(central + _ranks(faults), kind="stable")
     return order.tolist(), scores
@@ -155,12 +164,25 @@ def _ranks(values: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples
 
 
 def distance_to_others(
-    points: Float[np.ndarray, "samples frames joints 3"],
+    points: Sequence[Float[np.ndarray, "frames joints 3"]], stride: int = 1
 ) -> Float[np.ndarray, " samples"]:
     """Return each sample's mean distance from the others, the farthest ones left out; metres.
 
     The few samples that stand on the opposite side by design (`plausibility.py`) do not count.
+
+    Args:
+        points: of each sample.
+        stride: step between the frames that are compared.
     """
-    far = np.stack([np.linalg.norm(points - one, axis=-1).mean(axis=(1, 2)) for one in points])
+
+    def apart(
+        a: Float[np.ndarray, "frames joints 3"], b: Float[np.ndarray, "frames joints 3"]
+    ) -> Float[np.ndarray, "frames joints"]:
+        return np.linalg.norm(a - b, axis=-1)
+
+    far = np.zeros((len(points), len(points)))
+    for i, k in combinations(range(len(points)), 2):
+        both = points[i][::stride], points[k][::stride]
+        far[i, k] = far[k, i] = in_blocks(apart, *both).mean()
     near = np.sort(far, axis=1)[:, : len(points) - len(points) // SCORE.outliers_one_in]
     return near.sum(axis=1) / max(1, near.shape[1] - 1)

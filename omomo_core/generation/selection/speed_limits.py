@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from omomo_core.generation.selection.selection_config import HUMAN_LIMITS, SCORE, SpeedLimits
 from omomo_core.geometry.runs import runs
+from omomo_core.long_arrays import in_blocks
 from omomo_core.motion import FPS, HumanMotion
 from omomo_core.skeleton import joint
 
@@ -139,7 +140,18 @@ def speed_excess(human: HumanMotion, limits: SpeedLimits = HUMAN_LIMITS) -> floa
 
 
 def _speeds_of(human: HumanMotion) -> dict[str, Float[np.ndarray, "steps parts"]]:
-    return measure_speeds(human.joints, human.rotations[:, TURNING])
+    if len(human.joints) <= SCORE.turn_frames:
+        return measure_speeds(human.joints, human.rotations[:, TURNING])
+
+    def columns(
+        joints: Float[np.ndarray, "frames 24 3"], rotations: Float[np.ndarray, "frames 22 3 3"]
+    ) -> Float[np.ndarray, "steps columns"]:
+        speeds = measure_speeds(joints, rotations[:, TURNING])
+        return np.concatenate([speeds[name] for name in PARTS], axis=1)
+
+    made = in_blocks(columns, human.joints, human.rotations, lost=1)
+    ends = np.cumsum([len(parts) for parts in PARTS.values()])[:-1]
+    return dict(zip(PARTS, np.split(made, ends, axis=1), strict=True))
 
 
 def _swing(line: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, " steps"]:

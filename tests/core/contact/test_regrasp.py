@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import signal
 
-from omomo_core.contact.decode import split_at_regrasps
+from omomo_core.contact.decode import find_peaks, split_at_regrasps
 from omomo_core.contact.segment import ContactSpan
 from tests.core.contact.box import NOTHING
 
@@ -129,3 +132,11 @@ def test_a_hand_does_not_travel_while_it_must_hold_for_a_frame(frame: int):
 @pytest.mark.parametrize("frames", [1, 5, 11])
 def test_a_short_contact_is_one(frames: int):
     assert parts(steps((0.0, frames))) == [(0, frames)]
+
+
+@given(heights=st.lists(st.integers(0, 6), min_size=3, max_size=40), distance=st.integers(1, 12))
+def test_peaks_are_those_of_scipy(heights: list[int], distance: int):
+    # Which of two equal peaks stays is a matter of the sort: no two are equal but along a plateau.
+    x = np.repeat(np.array(heights) + 1e-3 * np.arange(len(heights)), 2)
+    theirs, _ = signal.find_peaks(x, height=2.0, distance=distance)
+    np.testing.assert_array_equal(find_peaks(x, 2.0, distance), theirs)
