@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { Camera, MODES, ray } from "../../capture_app/replay/viewer/camera.js";
+import { Camera, MODES, facingOf, ray } from "../../capture_app/replay/viewer/camera.js";
 import { Motion } from "../../capture_app/replay/viewer/motion.js";
 import { readPack } from "../../capture_app/replay/viewer/pack.js";
 import { panesOf, pixels, projected } from "../../capture_app/replay/viewer/panes.js";
@@ -251,3 +251,25 @@ test("the floor is met from above only, and below the horizon only", () => {
   assert.equal(onFloor({ origin: [1, 2, 3], toward: [1, 0, 0] }), null);
   assert.equal(onFloor({ origin: [1, 2, -1], toward: [0, 0, -1] }), null);
 });
+
+test("the front and the side are those of the person at that second, hands and feet come near", () => {
+  const motion = new Motion(scene());
+  const camera = new Camera();
+  camera.frame([motion]);
+  camera.set("front", motion, 0);
+  const front = camera.yaw;
+  near([front], [facingOf(motion, 0)]);
+  camera.set("side", motion, 0);
+  near([camera.yaw - front], [Math.PI / 2]);
+  const far = farOf(camera.view(motion, 0, 1));
+  for (const mode of ["hands", "feet"]) {
+    camera.set(mode, motion, 0);
+    assert.ok(farOf(camera.view(motion, 0, 1)) < 0.6 * far);
+  }
+});
+
+/** How far the eye is from the floor under the world's origin.
+ *  @param {import("../../capture_app/replay/viewer/camera.js").View} view */
+function farOf({ T_world_camera: T }) {
+  return Math.hypot(T[12], T[13], T[14]);
+}

@@ -9,18 +9,23 @@ import { tickSeconds } from "../../capture_app/replay/viewer/ticks.js";
 import { near } from "./near.js";
 
 test("playing goes on within the take", () => {
-  assert.deepEqual(playedOn(1, 0.5, 4, true), { time: 1.5, stops: false });
-  assert.deepEqual(playedOn(3.5, 0.5, 4, false), { time: 4, stops: false });
+  assert.deepEqual(playedOn(1, 0.5, [0, 4], true), { time: 1.5, stops: false });
+  assert.deepEqual(playedOn(3.5, 0.5, [0, 4], false), { time: 4, stops: false });
 });
 
 test("behind the end it begins again, by as much as it went too far", () => {
-  const { time, stops } = playedOn(3.5, 0.75, 4, true);
+  const { time, stops } = playedOn(3.5, 0.75, [0, 4], true);
   near([time], [0.25]);
   assert.equal(stops, false);
 });
 
+test("a stretch is played over and over, also from behind it", () => {
+  near([playedOn(1.9, 0.2, [1, 2], true).time, playedOn(3.5, 0.2, [1, 2], true).time], [1.1, 1.7]);
+  near([playedOn(0.2, 0.1, [1, 2], true).time], [0.3]);
+});
+
 test("without a loop it stops at the end", () => {
-  assert.deepEqual(playedOn(3.5, 7, 4, false), { time: 4, stops: true });
+  assert.deepEqual(playedOn(3.5, 7, [0, 4], false), { time: 4, stops: true });
 });
 
 test("a clock has hundredths, and minutes from the first on", () => {

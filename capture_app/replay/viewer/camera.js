@@ -18,10 +18,16 @@ import { middle, reachOf } from "./actor.js";
 /** What is seen: from where, how wide, and around which place there is light and floor.
  *  @typedef {{T_world_camera: Float32Array, projection: Float32Array, focus: number[], spread: number,
  *    reach: number, sun: number}} View */
-/** @typedef {"orbit" | "follow" | "phone" | "object" | "top"} Mode */
+/** @typedef {"orbit" | "follow" | "front" | "side" | "hands" | "feet" | "phone" | "object" | "top"} Mode */
 
 /** @type {Mode[]} */
-export const MODES = ["orbit", "follow", "phone", "object", "top"];
+export const MODES = ["orbit", "follow", "front", "side", "hands", "feet", "phone", "object", "top"];
+/** The modes that look at the person from a side of theirs: radians from where they face, and up. */
+const SIDES = { front: [0, 0.08], side: [Math.PI / 2, 0.08], hands: [0.6, 0.35], feet: [0.9, 0.2] };
+/** Joints that the camera stays on. @type {Partial<Record<Mode, string[]>>} */
+const JOINTS = { hands: ["left_middle1", "right_middle1"], feet: ["left_foot", "right_foot"] };
+/** Modes in which the whole person is followed. @type {Mode[]} */
+const FOLLOWING = ["follow", "front", "side"];
 const FOV = 0.62;
 const TOP_FOV = 0.3;
 const STEEPEST = 1.5;
@@ -62,10 +68,16 @@ export class Camera {
     this.pitch = 0.28;
   }
 
-  /** @param {string} name */
-  set(name) {
+  /** What is seen from a side is seen from that of the person at this second.
+   *  @param {string} name @param {Motion | undefined} motion @param {number} time */
+  set(name, motion, time) {
     const mode = MODES.find((known) => known === name);
     if (!mode) throw new Error(`there is no camera ${name}`);
+    const side = Object.entries(SIDES).find(([known]) => known === mode);
+    if (side && motion) {
+      this.yaw = facingOf(motion, time) + side[1][0];
+      this.pitch = side[1][1];
+    }
     if (mode === this.mode) return;
     this.mode = mode;
     this.pan = [0, 0, 0];
@@ -100,7 +112,7 @@ export class Camera {
     const now = motion.at(time);
     const focus = this.#focus(motion, now, time);
     const spread = this.mode === "object" ? Math.max(2, 3 * this.scene.object) : 2.6;
-    const narrow = this.mode === "follow" ? NARROW_FOLLOWED : NARROW;
+    const narrow = FOLLOWING.includes(this.mode) ? NARROW_FOLLOWED : NARROW;
     const distance = this.#distance() * Math.max(1, narrow / aspect);
     const reach = Math.max(6, this.scene.radius + 5, 1.6 * distance);
     const shared = { focus, spread, reach, sun: this.sun };
@@ -120,11 +132,16 @@ export class Camera {
 
   #distance() {
     const half = Math.tan(this.#fov() / 2);
+    // A person fills half the height of the picture.
+    const person = this.scene.person / 1.08;
     const size = {
       orbit: Math.min(this.scene.radius, 2.4),
       top: this.scene.radius + 0.4,
-      // A person fills half the height of the picture.
-      follow: this.scene.person / 1.08,
+      follow: person,
+      front: person,
+      side: person,
+      hands: 0.42,
+      feet: 0.42,
       object: 1.5 * this.scene.object,
       phone: 1,
     }[this.mode];
@@ -134,7 +151,9 @@ export class Camera {
   /** @param {Motion} motion @param {Moment} now @param {number} time */
   #target(motion, now, time) {
     if (this.mode === "object" && now.object) return centreOfObject(motion.pack, now.object);
-    if (this.mode === "follow") {
+    const joints = JOINTS[this.mode];
+    if (joints && now.joints) return middle(joints.flatMap((name) => jointOf(motion, now, name)));
+    if (FOLLOWING.includes(this.mode)) {
       const [x, y] = motion.centre(time, SMOOTH);
       return [x, y, 0.55 * this.scene.person];
     }
@@ -212,15 +231,18 @@ function places(motion) {
   return found;
 }
 
-/** Which way the person looks at the start, or square to the way that the phone goes.
- *  @param {Motion} motion */
-function facingOf(motion) {
-  const { joints } = motion.at(0);
-  const names = motion.header.joint_names;
-  if (joints) {
-    /** @param {string} name */
-    const at = (name) => Array.from(joints.subarray(3 * names.indexOf(name)).subarray(0, 3));
-    const [left, right] = [at("left_hip"), at("right_hip")];
+/** Place of a joint of the person. @param {Motion} motion @param {Moment} now @param {string} name */
+function jointOf({ header }, { joints }, name) {
+  const first = 3 * header.joint_names.indexOf(name);
+  return Array.from((joints ?? []).slice(first, first + 3));
+}
+
+/** Which way the person faces at a second, or square to the way that the phone goes.
+ *  @param {Motion} motion @param {number} time */
+export function facingOf(motion, time = 0) {
+  const now = motion.at(time);
+  if (now.joints) {
+    const [left, right] = ["left_hip", "right_hip"].map((name) => jointOf(motion, now, name));
     const ahead = cross(left.map((v, k) => v - right[k]), [0, 0, 1]);
     return Math.atan2(ahead[1], ahead[0]);
   }

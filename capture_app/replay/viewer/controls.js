@@ -16,6 +16,10 @@ export function control(canvas, camera, changed) {
   const off = new AbortController();
   const signal = off.signal;
 
+  // Where the style leaves touches to the page, one finger scrolls it, and the wheel until the picture
+  // has the focus.
+  const scrolls = () => getComputedStyle(canvas).touchAction !== "none";
+
   /** @param {PointerEvent} event */
   const press = (event) => {
     canvas.setPointerCapture(event.pointerId);
@@ -31,14 +35,21 @@ export function control(canvas, camera, changed) {
     const after = spread(fingers);
     const dx = after.x - before.x;
     const dy = after.y - before.y;
-    const moving = fingers.size > 1 || event.shiftKey || (event.buttons & 6) > 0;
+    const shared = event.pointerType === "touch" && scrolls();
+    if (shared && fingers.size < 2) return;
+    const moving = (fingers.size > 1 && !shared) || event.shiftKey || (event.buttons & 6) > 0;
     if (moving) camera.move(dx / canvas.clientHeight, dy / canvas.clientHeight);
     else camera.turn(dx * TURN, dy * TURN);
     if (fingers.size > 1 && after.size > 0) camera.closer(before.size / after.size);
     changed();
   };
+  /** Two fingers do not scroll. @param {TouchEvent} event */
+  const touch = (event) => {
+    if (event.touches.length > 1 && event.cancelable) event.preventDefault();
+  };
   /** @param {WheelEvent} event */
   const roll = (event) => {
+    if (scrolls() && document.activeElement !== canvas && !event.ctrlKey) return;
     event.preventDefault();
     camera.closer(Math.exp(Math.min(Math.max(event.deltaY, -120), 120) * 0.0015));
     changed();
@@ -58,6 +69,8 @@ export function control(canvas, camera, changed) {
   canvas.addEventListener("pointermove", drag, { signal });
   canvas.addEventListener("contextmenu", (event) => event.preventDefault(), { signal });
   canvas.addEventListener("wheel", roll, { signal, passive: false });
+  canvas.addEventListener("touchstart", touch, { signal, passive: false });
+  canvas.addEventListener("touchmove", touch, { signal, passive: false });
   canvas.addEventListener("keydown", strike, { signal });
   return () => off.abort();
 }

@@ -3,7 +3,7 @@
 import { clock, element } from "./elements.js";
 import { TINTS } from "./palette.js";
 import { isPlaced, toldOf } from "./reports.js";
-import { CAMERAS, LAYERS } from "./words.js";
+import { LAYERS, camerasOf } from "./words.js";
 /** @import {Check, Header} from "./pack.js"
  *  @import {Placed} from "./reports.js"
  *  @import {Viewer} from "./viewer.js" */
@@ -12,23 +12,17 @@ const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 
 /** @param {Element} host @param {Viewer} viewer @param {Header} header */
 export function cameraButtons(host, viewer, header) {
-  const there = Object.keys(CAMERAS).filter((mode) => fits(mode, header));
-  const buttons = there.map((mode) =>
-    element("button", { type: "button", text: CAMERAS[mode], onclick: () => viewer.camera(mode) }),
+  const there = camerasOf(header);
+  const buttons = there.map(([mode, text]) =>
+    element("button", { type: "button", text, onclick: () => viewer.camera(mode) }),
   );
   const mark = () =>
     buttons.forEach((button, k) =>
-      button.setAttribute("aria-pressed", String(there[k] === viewer.cameraMode)),
+      button.setAttribute("aria-pressed", String(there[k][0] === viewer.cameraMode)),
     );
   host.replaceChildren(...buttons);
   viewer.addEventListener("camera", mark);
   mark();
-}
-
-/** @param {string} mode @param {Header} header */
-function fits(mode, { arrays }) {
-  if (mode === "phone") return "phone_position" in arrays;
-  return mode !== "object" || "object_position" in arrays;
 }
 
 /** @param {Element} host @param {Viewer} viewer @param {Header} header */

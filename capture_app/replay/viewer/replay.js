@@ -243,10 +243,7 @@ class Page {
     const target = event.target instanceof Element ? event.target : document.body;
     if (target.matches("input, select, textarea")) return;
     /** @param {number} frames */
-    const step = (frames) => () => {
-      this.viewer.pause();
-      this.viewer.seek(this.viewer.time + frames / this.header.fps);
-    };
+    const step = (frames) => () => this.viewer.step(frames);
     /** @type {Record<string, () => void>} */
     const acts = {
       ArrowLeft: step(-1),

@@ -13,7 +13,6 @@ export class Surface {
     this.canvas = canvas;
     this.gl = gl;
     if (!canvas.hasAttribute("tabindex")) canvas.tabIndex = 0;
-    canvas.style.touchAction = "none";
     this.lost = false;
     this.off = new AbortController();
     this.watch = new ResizeObserver(changed);

@@ -67,6 +67,14 @@ export class Timeline extends EventTarget {
     if (frame !== this.#frame()) this.#read();
   }
 
+  /** What is played over and over, seconds; null for the whole. @param {number[] | null} seconds */
+  set stretch(seconds) {
+    const { fps, frames } = this.#pack.header;
+    const [start, end] = seconds ?? [0, 0];
+    this.#rows.style.setProperty("--from", String((start * fps) / frames));
+    this.#rows.style.setProperty("--to", String(seconds ? (end * fps + 1) / frames : 0));
+  }
+
   get sample() {
     return this.#sample;
   }
@@ -145,7 +153,9 @@ export class Timeline extends EventTarget {
     for (const { name, lane, at } of lanesOf(this.#pack, this.#sample)) this.#row(name, lane, at);
     const reports = reportLane(this.#pack.header, this.#sample, (event) => this.#choose(event));
     if (reports) this.#row("Report", reports);
-    this.#rows.append(element("div", { class: "tl-playhead", "aria-hidden": "true" }));
+    for (const mark of ["tl-stretch", "tl-playhead"]) {
+      this.#rows.append(element("div", { class: mark, "aria-hidden": "true" }));
+    }
     this.#read();
   }
 
@@ -227,10 +237,15 @@ export class Timeline extends EventTarget {
     event.preventDefault();
     this.#scrubber.focus({ preventScroll: true });
     const off = new AbortController();
+    /** @type {number | null} */
+    let from = null;
     /** @param {PointerEvent} now */
     const scrub = ({ clientX }) => {
       const { left, width } = lane.getBoundingClientRect();
       this.#seek(Math.floor(((clientX - left) / width) * this.#pack.header.frames));
+      from ??= this.#time;
+      const ends = [from, this.#time].sort((a, b) => a - b);
+      if (event.shiftKey) this.#tell("stretch", { stretch: ends });
     };
     scrub(event);
     window.addEventListener("pointermove", scrub, { signal: off.signal });

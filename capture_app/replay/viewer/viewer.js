@@ -32,6 +32,7 @@ export class Viewer extends EventTarget {
   #playing = false;
   #asked = 0;
   #drawn = /** @type {number | null} */ (null);
+  #stretch = /** @type {number[] | null} */ (null);
   #theme = "auto";
   #release;
 
@@ -55,6 +56,17 @@ export class Viewer extends EventTarget {
 
   get playing() {
     return this.#playing;
+  }
+
+  /** The seconds that are played over and over; null for the whole. @param {number[] | null} seconds */
+  set stretch(seconds) {
+    this.#stretch = seconds;
+    this.#tell("stretch", {});
+  }
+
+  get stretch() {
+    const [start, end] = (this.#stretch ?? []).map((time) => Math.min(time, this.duration));
+    return end - start > 0 ? [start, end] : null;
   }
 
   get cameraMode() {
@@ -95,7 +107,8 @@ export class Viewer extends EventTarget {
 
   play() {
     if (this.#playing || !this.duration) return;
-    if (this.#time >= this.duration) this.seek(0);
+    const [start, end] = this.stretch ?? [0, this.duration];
+    if (this.#time >= end) this.seek(start);
     this.#playing = true;
     this.#drawn = null;
     this.#tell("play", {});
@@ -108,9 +121,17 @@ export class Viewer extends EventTarget {
     this.#tell("pause", {});
   }
 
+  /** By whole frames; playing ends. @param {number} frames */
+  step(frames) {
+    this.pause();
+    const fps = this.header(0)?.fps ?? 30;
+    this.seek(Math.round(this.#time * fps + frames) / fps);
+  }
+
   /** @param {string} mode */
   camera(mode) {
-    this.#camera.set(mode);
+    const [first] = this.#actors.values();
+    this.#camera.set(mode, first?.motion, this.#time);
     this.#tell("camera", { mode });
     this.#change();
   }
@@ -288,7 +309,8 @@ export class Viewer extends EventTarget {
 
   /** @param {number} seconds */
   #advance(seconds) {
-    const { time, stops } = playedOn(this.#time, seconds, this.duration, this.loop);
+    const stretch = this.stretch ?? [0, this.duration];
+    const { time, stops } = playedOn(this.#time, seconds, stretch, this.loop);
     this.seek(time);
     if (stops) this.pause();
   }

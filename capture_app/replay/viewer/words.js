@@ -4,11 +4,27 @@
 /** @type {Record<string, string>} */
 export const CAMERAS = {
   follow: "Follow the person",
-  orbit: "The whole way",
-  object: "On the object",
-  phone: "The phone's eye",
+  front: "From the front",
+  side: "From the side",
   top: "From above",
+  hands: "On the hands",
+  feet: "On the feet",
+  object: "On the object",
+  orbit: "The whole way",
+  phone: "The phone's eye",
 };
+/** What a camera looks at, where it needs it. @type {Record<string, string>} */
+const NEEDED = {
+  ...Object.fromEntries(["follow", "front", "side", "hands", "feet"].map((mode) => [mode, "root"])),
+  object: "object_position",
+  phone: "phone_position",
+};
+
+/** The cameras for a scene, and what they are called. @param {Header | null} header */
+export function camerasOf(header) {
+  const there = header?.arrays ?? {};
+  return Object.entries(CAMERAS).filter(([mode]) => !NEEDED[mode] || NEEDED[mode] in there);
+}
 /** @type {Record<string, string>} */
 export const LAYERS = {
   body: "Person",

@@ -8,11 +8,12 @@ import asyncio
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
+from urllib.parse import parse_qsl
 
 from fastapi import APIRouter, Query
 from fastapi.responses import FileResponse, HTMLResponse, Response
-from pydantic import ConfigDict
+from pydantic import ConfigDict, StringConstraints, ValidationError
 
 from capture_app.commands.inputs import DescribedModel, MeshFile
 from capture_app.library_item import PICTURE as POSTER
@@ -233,7 +234,8 @@ async def room_scene(site: Here, id: ThingId) -> FileResponse:
 
 
 picture_router = APIRouter(prefix="/api", tags=["pictures"])
-_REPLY = binary("A picture; 404 with the code picture-later while it is drawn.", "image/webp")
+_LATER = "picture-later"
+_REPLY = binary(f"A picture; 404 with the code {_LATER} while it is drawn.", "image/webp")
 
 
 @picture_router.get("/results/{id}/picture", response_class=FileResponse, responses=_REPLY)
@@ -288,6 +290,41 @@ async def of_mount(site: Here, id: ThingId) -> FileResponse:
     )
 
 
+_POSTERS = {"results": of_result, "objects": of_object, "mounts": of_mount}
+Picture = Annotated[
+    str,
+    StringConstraints(
+        pattern=r"^(results|objects|mounts|sessions)/[0-9a-f]{16}/picture(\?[^#]{0,400})?$"
+    ),
+]
+Pictures = Annotated[
+    list[Picture],
+    Query(
+        max_length=100,
+        description='Addresses of pictures behind /api/, such as "results/ID/picture".',
+    ),
+]
+
+
+@picture_router.get("/pictures")
+async def states(site: Here, of: Pictures) -> dict[str, Literal["ready", "later", "none"]]:
+    """Which pictures are there, which are being drawn now, and which there will never be."""
+    return {address: await _state(site, address) for address in of}
+
+
+async def _state(site: Site, address: str) -> Literal["ready", "later", "none"]:
+    path, _, query = address.partition("?")
+    kind, id_, _ = path.split("/")
+    try:
+        if kind == "sessions":
+            await of_session(site, id_, ReadAs.model_validate(dict(parse_qsl(query))))
+        else:
+            await _POSTERS[kind](site, id_)
+    except (InputError, ValidationError) as error:
+        return "later" if isinstance(error, InputError) and error.code == _LATER else "none"
+    return "ready"
+
+
 def _drawn(site: Site, places: Sequence[Path], draw: Work, *given: Any) -> FileResponse:
     """The poster at the first place that has one; where none has, it is drawn at the last, for later.
 
@@ -301,7 +338,7 @@ def _drawn(site: Site, places: Sequence[Path], draw: Work, *given: Any) -> FileR
     asyncio.ensure_future(site.painter.run(draw, *given, places[-1])).add_done_callback(_forget)
     raise Refused(
         404,
-        "picture-later",
+        _LATER,
         "The picture is being drawn.",
         fix="Ask again in some seconds.",
     )

@@ -158,11 +158,11 @@ def test_the_space_bar_plays_and_pauses(page, server, motion):
 
 def test_the_camera_follows_the_person_who_fills_half_the_height(page):
     expect(page.get_by_role("combobox", name="Camera")).to_have_value("follow")
-    page.locator(".layers summary").click()
+    page.locator(".layers summary", has_text="Show").click()
     layers = ("Object", "Contacts", "Phone", "Phone's path", "Object's trail", "Floor", "Shadow")
     for layer in layers:
         page.get_by_role("checkbox", name=layer, exact=True).uncheck()
-    page.locator(".layers summary").click()
+    page.locator(".layers summary", has_text="Show").click()
     time = page.get_by_role("slider", name="Time")
     for second in (0, 3, 6, 9):
         time.focus()

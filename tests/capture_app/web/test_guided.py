@@ -127,3 +127,18 @@ def test_an_object_that_was_brought_has_no_scan(client: httpx.Client, site: Site
     refused = client.post("/api/jobs", json={**order, "session": session})
     assert problem(refused, 404)["code"] == "scan-missing"
     assert list(site.library.notes.folder.iterdir()) == []
+
+
+def test_one_request_asks_for_many_pictures(client: httpx.Client, example: dict[str, str]):
+    """What is drawn is asked for once it is there: an address that is not ready is nobody's error."""
+    drawn(client, f"/api/objects/{example['object']}/picture")
+    ready = f"objects/{example['object']}/picture"
+    known = f"object={example['object']}&mount={example['mount']}"
+    take = f"sessions/{example['session']}/picture?{known}"
+    gone, wrong = f"results/{'f' * 16}/picture", f"{take}&floor=low"
+    answer = client.get("/api/pictures", params={"of": [ready, take, gone, wrong]})
+    assert answer.status_code == 200, answer.text
+    found = answer.json()
+    assert found.pop(take) in ("later", "ready")
+    assert found == {ready: "ready", gone: "none", wrong: "none"}
+    problem(client.get("/api/pictures", params={"of": "../secrets"}), 422)

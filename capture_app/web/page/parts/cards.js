@@ -1,4 +1,5 @@
 // Things in the library as cards and rows.
+import { api } from "../core/api.js";
 import { h } from "../core/dom.js";
 import { KINDS, STATES, ago, ended, sides, span } from "../core/words.js";
 import { mountWords } from "./mount_words.js";
@@ -8,34 +9,55 @@ import { badge, verdictOf } from "./verdicts.js";
 
 /** @typedef {Session | Thing | Mount} Stored */
 
-const TRIES = 8;
-const WAIT = 1000; // milliseconds
+const TRIES = 100;
+const WAIT = 1000; // milliseconds, and longer from time to time
+const LONGEST = 5000;
+const MOST = 100; // pictures of one request
+
+/** Pictures that are on the screen and not drawn yet, by what they are of.
+ *  @type {Map<HTMLImageElement, string>} */
+const waiting = new Map();
+const seen = new IntersectionObserver((all) => {
+  for (const { target, isIntersecting } of all) {
+    if (!isIntersecting || !(target instanceof HTMLImageElement)) continue;
+    seen.unobserve(target);
+    waiting.set(target, target.dataset.of ?? "");
+    ask(0);
+  }
+});
+let asking = 0;
 
 /** A small picture of a thing.
  *  @param {Shelf} kind @param {string} id @param {number} width @param {number} height */
 export function poster(kind, id, width, height) {
-  return drawnLater(`/api/${kind}/${id}/picture`, width, height);
+  return drawnLater(`${kind}/${id}/picture`, width, height);
 }
 
-/** A picture at an address; a new one is drawn after it was asked for, so it is asked again.
- *  @param {string} src @param {number} width @param {number} height */
-export function drawnLater(src, width, height) {
-  let tries = 0;
-  const again = () => {
-    tries += 1;
-    picture.classList.add("none");
-    if (tries < TRIES)
-      setTimeout(() => picture.isConnected && (picture.src = `${src}${src.includes("?") ? "&" : "?"}again=${tries}`), WAIT * tries);
-  };
-  const picture = h("img", {
-    src,
-    alt: "",
-    loading: "lazy",
-    width,
-    height,
-    on: { error: again, load: () => picture.classList.remove("none") },
-  });
+/** A picture at an address behind /api/, which is drawn after it was asked for: it is loaded when it is there.
+ *  @param {string} of @param {number} width @param {number} height */
+export function drawnLater(of, width, height) {
+  const picture = h("img", { class: "none", alt: "", width, height, "data-of": of });
+  seen.observe(picture);
   return picture;
+}
+
+/** Ask in one request which of the pictures that are waited for are there. @param {number} tries */
+function ask(tries) {
+  clearTimeout(asking);
+  asking = setTimeout(async () => {
+    const query = new URLSearchParams([...new Set(waiting.values())].slice(0, MOST).map((of) => ["of", of]));
+    /** @type {Record<string, string>} */
+    const states = await api(`/api/pictures?${query}`).catch(() => ({}));
+    for (const [picture, of] of waiting) {
+      if (states[of] === "ready") {
+        picture.src = `/api/${of}`;
+        picture.classList.remove("none");
+      }
+      const over = ["ready", "none"].includes(states[of]) || tries >= TRIES;
+      if (over || !picture.isConnected) waiting.delete(picture);
+    }
+    if (waiting.size) ask(tries + 1);
+  }, Math.min(LONGEST, WAIT * tries));
 }
 
 /** A result: picture, name, where it comes from. @param {Motion} result */

@@ -1,18 +1,20 @@
-// Which of the samples is shown: one, or all beside each other.
+// Which of the samples is shown: small motions of all of them, to choose one by a look.
 import { freshId, h } from "../core/dom.js";
+/** @import {Stage} from "./stage.js" */
 
 const MOST = 6; // beside each other
 
 /** Radio buttons for the samples; `show(samples)` with indices from 0. None for a single one.
- *  @param {number} samples @param {number} chosen @param {(samples: number[]) => void} show */
-export function samplePicker(samples, chosen, show) {
+ *  @param {number} samples @param {number} chosen @param {(samples: number[]) => void} show
+ *  @param {Stage} stage plays the samples, too */
+export function samplePicker(samples, chosen, show, stage) {
   if (!(samples > 1)) return null;
   const name = freshId("sample");
-  /** @param {string} words @param {number[]} list */
-  const option = (words, list) =>
+  /** @param {string} words @param {number[]} list @param {HTMLElement[]} picture */
+  const option = (words, list, ...picture) =>
     h(
       "label",
-      { class: "pill" },
+      { class: "sample" },
       h("input", {
         type: "radio",
         name,
@@ -20,14 +22,20 @@ export function samplePicker(samples, chosen, show) {
         on: { change: () => show(list) },
       }),
       h("span", {}, words),
+      picture,
     );
   const all = [...Array(samples).keys()];
-  const beside = all.slice(0, MOST);
+  const pictures = all.map(() => h("canvas", { "aria-hidden": "true" }));
+  // Who waits for the motion does not wait for them.
+  stage.addEventListener("opened", async () => {
+    const { drawSamples } = await import("./sample_views.js");
+    if (stage.viewer) drawSamples(pictures, stage.viewer);
+  });
   return h(
     "fieldset",
-    { class: "pills" },
-    h("legend", {}, "Samples"),
-    all.map((k) => option(k === chosen ? `${k + 1} (best)` : `${k + 1}`, [k])),
-    option(samples > MOST ? `First ${MOST} side by side` : "All side by side", beside),
+    { class: "samples" },
+    h("legend", { class: "unseen" }, "Samples"),
+    all.map((k) => option(k === chosen ? `${k + 1} (best)` : `${k + 1}`, [k], pictures[k])),
+    option(samples > MOST ? `First ${MOST} side by side` : "All side by side", all.slice(0, MOST)),
   );
 }

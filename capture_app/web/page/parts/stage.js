@@ -70,9 +70,16 @@ export class Stage extends EventTarget {
       this.picture,
       this.message,
     );
+    this.side = h("div", { class: "stage-side" });
     this.bar = h("div", { class: "stage-bar" });
     this.tracks = h("div", { class: "stage-tracks" });
-    this.node = h("div", { class: "stage" }, this.frame, this.bar, this.tracks);
+    this.node = h(
+      "div",
+      { class: controls ? "stage full" : "stage" },
+      h("div", { class: "stage-middle" }, this.frame, this.side),
+      this.bar,
+      this.tracks,
+    );
   }
 
   /** Show scenes [{url, name, sample?}] in slots 0, 1, ... in place of what was shown.
@@ -95,15 +102,15 @@ export class Stage extends EventTarget {
   /** The viewer, made the first time; null when the view was left meanwhile. */
   async ready() {
     if (this.viewer) return this.viewer;
-    const { createViewer, playBySpace, stageControls } = await this.modules;
+    const { createViewer, stageControls } = await this.modules;
     if (this.signal.aborted) return null;
     const viewer = await createViewer(this.canvas);
     this.viewer = viewer;
     this.signal.addEventListener("abort", () => this.close());
     if (!this.controls) return viewer;
     viewer.addEventListener("time", () => this.tick(viewer));
-    put(this.bar, stageControls(viewer));
-    playBySpace(viewer, this.canvas, this.signal);
+    viewer.addEventListener("stretch", () => this.tick(viewer));
+    put(this.bar, stageControls(viewer, this.node, this.signal));
     return viewer;
   }
 
@@ -115,7 +122,8 @@ export class Stage extends EventTarget {
       await viewer.load(pack, { slot, sample: scenes[slot].sample });
     }
     if (this.signal.aborted) return;
-    if (!this.aimed && viewer.pack(0)?.array("root")) viewer.camera("follow");
+    const motion = !this.aimed && Boolean(viewer.pack(0)?.array("root"));
+    if (motion) viewer.camera("follow");
     this.aimed = true;
     // The new scene may be shorter than what was shown before.
     viewer.seek(viewer.time);
@@ -124,6 +132,7 @@ export class Stage extends EventTarget {
     this.showFilm(viewer).catch(() => put(this.picture));
     this.label();
     this.mark(this.points);
+    if (motion && !matchMedia("(prefers-reduced-motion: reduce)").matches) viewer.play();
     this.dispatchEvent(new Event("opened"));
   }
 
@@ -146,10 +155,16 @@ export class Stage extends EventTarget {
       const pack = viewer.pack(slot);
       if (!this.controls || !pack || pack.header.frames < 2 || scene.plain) continue;
       const timeline = createTimeline(this.track(scene), pack, { sample: scene.sample });
-      timeline.time = viewer.time;
-      timeline.addEventListener("seek", () => viewer.seek(timeline.time));
+      timeline.addEventListener("seek", () => {
+        viewer.pause();
+        viewer.seek(timeline.time);
+      });
+      timeline.addEventListener("stretch", (event) => {
+        if (event instanceof CustomEvent) viewer.stretch = event.detail.stretch;
+      });
       this.timelines.push(timeline);
     }
+    this.tick(viewer);
   }
 
   /** Where the timeline of a scene goes. @param {Scene} scene */
@@ -160,8 +175,8 @@ export class Stage extends EventTarget {
   }
 
   /** @param {Viewer} viewer */
-  tick({ time }) {
-    for (const timeline of this.timelines) timeline.time = time;
+  tick({ time, stretch }) {
+    for (const timeline of this.timelines) Object.assign(timeline, { time, stretch });
     if (this.film) this.film.time = time;
   }
 

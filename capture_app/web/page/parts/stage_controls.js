@@ -1,7 +1,8 @@
 // Buttons and choices of the 3D view.
-import { h, say } from "../core/dom.js";
-import { CAMERAS, LAYERS } from "/static/viewer/words.js";
-/** @import {Viewer} from "/static/viewer/viewer.js" */
+import { h, put, say, svg } from "../core/dom.js";
+import { LAYERS, camerasOf } from "/static/viewer/words.js";
+/** @import {Child} from "../core/dom.js"
+ *  @import {Viewer} from "/static/viewer/viewer.js" */
 
 const SPEEDS = [
   ["0.1", "0.1×"],
@@ -11,35 +12,98 @@ const SPEEDS = [
   ["2", "2×"],
 ];
 // What a space is for in them is another thing; of a radio button that is chosen it is nothing.
+const OWN_KEYS = "input:not([type=radio], [type=checkbox]), select, textarea, dialog *";
 const OWN_SPACE = "input:not([type=radio]:checked), select, textarea, button, summary, dialog *";
 
-/** Play, clock, speed, camera and layers for a viewer: a list of nodes. @param {Viewer} viewer */
-export function stageControls(viewer) {
-  return [play(viewer), clock(viewer), speed(viewer), camera(viewer), layers(viewer)];
+/** Everything about playing and looking: a list of nodes. The keys work while the picture is on the screen.
+ *  @param {Viewer} viewer @param {HTMLElement} stage what fills the screen @param {AbortSignal} signal */
+export function stageControls(viewer, stage, signal) {
+  const whole = () => toggleWhole(stage);
+  /** @type {Record<string, () => void>} */
+  const keys = {
+    " ": () => toggle(viewer),
+    ",": () => viewer.step(-1),
+    ".": () => viewer.step(1),
+    "[": () => loopFrom(viewer),
+    "]": () => loopTo(viewer),
+    "\\": () => (viewer.stretch = null),
+    f: whole,
+  };
+  listen(viewer, stage, keys, signal);
+  return [
+    play(viewer),
+    sign("‹", "A frame back", ",", keys),
+    clock(viewer),
+    sign("›", "A frame on", ".", keys),
+    speed(viewer),
+    camera(viewer),
+    loop(viewer, keys),
+    layers(viewer),
+    sign(corners(), "Full screen", "f", keys),
+  ];
+}
+
+/** The sign of a picture that fills the screen. */
+function corners() {
+  const path = svg("path", { d: "M1 5V1h4M11 1h4v4M15 11v4h-4M5 15H1v-4" });
+  return svg("svg", { viewBox: "0 0 16 16", width: 16, height: 16, "aria-hidden": "true" }, path);
+}
+
+/** A button with a sign, which has a key, too.
+ *  @param {Child} text @param {string} name @param {string} key @param {Record<string, () => void>} keys */
+function sign(text, name, key, keys) {
+  const told = { "aria-label": name, "aria-keyshortcuts": key, title: `${name} (${key})` };
+  return h("button", { type: "button", class: "sign", ...told, on: { click: keys[key] } }, text);
+}
+
+/** A browser that fills the screen with films alone fills the window. @param {HTMLElement} stage */
+function toggleWhole(stage) {
+  if (document.fullscreenElement) document.exitFullscreen();
+  else if (stage.requestFullscreen) stage.requestFullscreen();
+  else stage.classList.toggle("whole");
+}
+
+/** @param {Viewer} viewer */
+function toggle(viewer) {
+  if (viewer.playing) viewer.pause();
+  else viewer.play();
+}
+
+/** @param {Viewer} viewer */
+function loopFrom(viewer) {
+  const end = viewer.stretch?.[1] ?? viewer.duration;
+  viewer.stretch = [viewer.time, end > viewer.time ? end : viewer.duration];
+}
+
+/** @param {Viewer} viewer */
+function loopTo(viewer) {
+  const start = viewer.stretch?.[0] ?? 0;
+  viewer.stretch = [start < viewer.time ? start : 0, viewer.time];
 }
 
 /** @param {Viewer} viewer */
 function play(viewer) {
   const button = h("button", { type: "button", class: "main play" }, "Play");
   const show = () => say(button, viewer.playing ? "Pause" : "Play");
-  button.addEventListener("click", () => (viewer.playing ? viewer.pause() : viewer.play(), show()));
+  button.addEventListener("click", () => toggle(viewer));
   for (const event of ["play", "pause", "loaded"]) viewer.addEventListener(event, show);
   return button;
 }
 
-/** The space bar plays and pauses while the picture is on the screen.
- *  @param {Viewer} viewer @param {HTMLElement} picture @param {AbortSignal} signal */
-export function playBySpace(viewer, picture, signal) {
+/** @param {Viewer} viewer @param {HTMLElement} stage @param {Record<string, () => void>} keys
+ *  @param {AbortSignal} signal */
+function listen(viewer, stage, keys, signal) {
   /** @param {KeyboardEvent} event */
   const strike = (event) => {
-    if (event.key !== " " || event.defaultPrevented) return;
+    const act = keys[event.key];
+    if (!act || event.defaultPrevented) return;
     if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey) return;
-    if (event.target instanceof Element && event.target.matches(OWN_SPACE)) return;
-    const { top, bottom } = picture.getBoundingClientRect();
+    const own = event.key === " " ? OWN_SPACE : OWN_KEYS;
+    if (event.target instanceof Element && event.target.matches(own)) return;
+    const { top, bottom } = stage.getBoundingClientRect();
     if (bottom < 0 || top > innerHeight || viewer.duration === 0) return;
     event.preventDefault();
-    if (viewer.playing) viewer.pause();
-    else viewer.play();
+    act();
   };
   document.addEventListener("keydown", strike, { signal });
 }
@@ -61,18 +125,43 @@ function speed(viewer) {
 /** @param {Viewer} viewer */
 function camera(viewer) {
   const change = (/** @type {string} */ mode) => viewer.camera(mode);
-  const { node, input } = select("Camera", Object.entries(CAMERAS), viewer.cameraMode, change);
-  viewer.addEventListener("camera", () => (input.value = viewer.cameraMode));
+  const { node, input } = select("Camera", [], viewer.cameraMode, change);
+  const show = () => {
+    put(input, ...options(camerasOf(viewer.header(0))));
+    input.value = viewer.cameraMode;
+  };
+  for (const event of ["camera", "loaded"]) viewer.addEventListener(event, show);
   return node;
 }
 
-/** @param {string} label @param {string[][]} options @param {string} value
+/** Buttons for the stretch that is played over and over.
+ *  @param {Viewer} viewer @param {Record<string, () => void>} keys */
+function loop(viewer, keys) {
+  const summary = h("summary", {}, "Loop");
+  /** @param {string} words @param {string} key */
+  const choice = (words, key) =>
+    h("button", { type: "button", "aria-keyshortcuts": key, on: { click: keys[key] } }, `${words} (${key})`);
+  const show = () => {
+    const ends = viewer.stretch?.map((time) => time.toFixed(1)).join(" to ");
+    say(summary, ends ? `Loop ${ends} s` : "Loop");
+  };
+  viewer.addEventListener("stretch", show);
+  const choices = [choice("From here", "["), choice("To here", "]"), choice("The whole motion", "\\")];
+  return menu(summary, choices);
+}
+
+/** @param {string[][]} choices */
+function options(choices) {
+  return choices.map(([key, words]) => h("option", { value: key }, words));
+}
+
+/** @param {string} label @param {string[][]} choices @param {string} value
  *  @param {(value: string) => void} changed */
-function select(label, options, value, changed) {
+function select(label, choices, value, changed) {
   const input = h(
     "select",
     { on: { change: () => changed(input.value) } },
-    options.map(([key, words]) => h("option", { value: key }, words)),
+    options(choices),
   );
   input.value = value;
   return { node: h("label", { class: "inline" }, h("span", {}, label), input), input };
@@ -90,8 +179,12 @@ function layers(viewer) {
     { type: "button", class: "quiet", on: { click: () => viewer.frameAll() } },
     "Show all of it",
   );
-  const sheet = h("div", { class: "sheet" }, boxes, reset);
-  const node = h("details", { class: "layers" }, h("summary", {}, "Show"), sheet);
+  return menu(h("summary", {}, "Show"), [boxes, reset]);
+}
+
+/** @param {HTMLElement} summary @param {Child} choices */
+function menu(summary, choices) {
+  const node = h("details", { class: "layers" }, summary, h("div", { class: "sheet" }, choices));
   closesByItself(node);
   return node;
 }

@@ -77,29 +77,25 @@ export async function result({ params, signal }) {
   const node = h(
     "div",
     { class: "stack wide" },
-    itemHead(
-      "results",
-      item,
-      [line(item), origin(item, parent)],
-      h("a", { class: "button", href: address("/compare", { results: item.id }) }, "Compare"),
-    ),
     h(
       "div",
-      { class: "split" },
-      h(
-        "div",
-        { class: "stack" },
-        stage.node,
-        contactEditor(item, stage),
-        samplePicker(item.samples, chosen, show),
-        stood(item, stage),
+      { class: "first" },
+      itemHead(
+        "results",
+        item,
+        [line(item), origin(item, parent)],
+        h("a", { class: "button", href: address("/compare", { results: item.id }) }, "Compare"),
       ),
-      h("div", { class: "stack" }, use(item, choices, which, { sample, signal }), share(shared), words(item, stage)),
+      stage.node,
+      contactEditor(item, stage),
     ),
+    stood(item, stage),
+    h("div", { class: "grid" }, use(item, choices, which, { sample, signal }), share(shared), words(item, stage)),
     resultVideo(item, signal),
     moreVideos(item, { guide, videos, sessions, sample, stage, signal }),
     making(item),
   );
+  put(stage.side, samplePicker(item.samples, chosen, show, stage));
   show([chosen]);
   return { title: item.name, node };
 }

@@ -135,7 +135,7 @@ class Take {
       report = found;
       this.order.judge(found);
       this.show(found, `${base}/report.html?${query}`);
-      this.draw(found, `${base}/picture?${query}`);
+      this.draw(found, `sessions/${this.item.id}/picture?${query}`);
       await this.stage.open(
         found.checks.length ? [{ url: `${base}/scene?${query}`, name: this.item.name }] : [],
       );
