@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { fromDrop, fromField, order, sorted } from "../../capture_app/web/page/upload/gather.js";
+import { fromDrop, fromField, kindOf, order, sorted } from "../../capture_app/web/page/upload/gather.js";
 
 const file = (name, webkitRelativePath = "") => ({ name, webkitRelativePath });
 const loose = (...names) => fromField({ files: names.map((name) => file(name)) });
@@ -87,6 +87,29 @@ test("a recording, its object and its mount are told apart when dropped together
 test("a mesh inside a recording's folder belongs to the recording", () => {
   const [only, ...others] = sorted(folder("take/scan.obj", "take/odometry.csv"));
   assert.deepEqual([only.kind, others.length], ["session", 0]);
+});
+
+test("a folder with a recording, its mesh and its mount is understood whole", () => {
+  const whole = ["session/odometry.csv", "session/rgb.mp4", "box.obj", "mount.json"];
+  assert.deepEqual(told(sorted(folder(...whole.map((path) => `simulated/${path}`)))), [
+    ["session", "session", ["odometry.csv", "rgb.mp4"]],
+    ["object", "box.obj", ["box.obj"]],
+    ["mount", "mount.json", ["mount.json"]],
+  ]);
+  const archive = folder("chair/take.r3d", "chair/chair.glb", "chair/mount.json");
+  assert.deepEqual(sorted(archive).map(({ kind }) => kind), ["session", "object", "mount"]);
+  // Without a mount nothing tells that the mesh is not the app's own.
+  assert.deepEqual(sorted(folder("scan/frames/1.json", "scan/raw.glb")).map(({ kind }) => kind), ["session"]);
+});
+
+test("what was dropped is known by its names", () => {
+  assert.equal(kindOf(loose("walk.MOV")), "video");
+  assert.equal(kindOf(loose("1.jpg", "2.HEIC")), "material");
+  assert.equal(kindOf(folder("photos/1.jpg", "photos/2.jpg")), "material");
+  assert.equal(kindOf(folder("take/rgb.mp4", "take/odometry.csv")), "session");
+  assert.equal(kindOf(loose("box.obj", "box.mtl", "box.png")), "object");
+  assert.equal(kindOf(loose("mount.json")), "mount");
+  assert.equal(kindOf(loose("take.zip")), "session");
 });
 
 test("pictures without a mesh are no object", () => {

@@ -86,6 +86,50 @@ def test_dropped_files_are_sorted_by_what_they_are(tabs, server):
     assert page.get_by_role("radio", checked=True).count() == 2
 
 
+def test_a_folder_with_everything_in_it_is_understood_whole(tabs, server, tmp_path):
+    """What `omocap simulate` writes: the session's folder, the mesh and the mount in one folder."""
+    folder = tmp_path / "simulated"
+    for name in ("session/odometry.csv", "session/camera_matrix.csv", "box.obj", "mount.json"):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(DEMO / name, folder / name)
+    page = tabs.open(server.url)
+    page.locator(FOLDER).first.set_input_files(folder)
+    _reported(page)
+    page.wait_for_url(re.compile(r"object=[0-9a-f]{16}&mount=[0-9a-f]{16}"))
+    assert server.ask(f"sessions/{_reported(page)}")["files"] == 2
+
+
+def test_the_example_is_never_chosen_for_another_recording(tabs, server, example, take):
+    before = {item["id"] for item in server.ask("objects")}
+    assert example["object"] in before
+    page = tabs.open(server.url)
+    page.locator(FOLDER).first.set_input_files(take)
+    _reported(page)
+    expect(page.get_by_role("radio", name=re.compile("Example")).first).not_to_be_checked()
+    assert example["object"] not in page.url
+    assert example["mount"] not in page.url
+
+
+def test_photos_and_films_go_to_where_an_object_is_made(tabs, server, tmp_path):
+    photos = [tmp_path / f"{k}.jpg" for k in range(2)]
+    for photo in photos:
+        photo.write_bytes(b"\xff\xd8")
+    page = tabs.open(server.url)
+    page.locator(FILES).first.set_input_files(photos)
+    page.wait_for_url(re.compile(r"#/scan\?source=[0-9a-f]{16}"))
+    expect(page.get_by_text("Photos are no recording")).to_be_visible()
+    expect(page.get_by_label("Filmed with")).to_have_value("material")
+
+
+def test_what_is_dropped_on_the_wrong_form_is_taken_as_what_it_is(tabs, server, example):
+    page = tabs.open(server.at(f"/sessions/{example['session']}"))
+    page.locator(".drop", has_text="Drop a mesh of the object").locator(FILES).set_input_files(
+        DEMO / "mount.json"
+    )
+    page.wait_for_url(re.compile(r"mount=[0-9a-f]{16}"))
+    expect(page.get_by_text("This is a mount, so it was taken as one.")).to_be_visible()
+
+
 def test_reload_in_the_middle_goes_on_where_it_was(tabs, server, take):
     page = tabs.open(server.url)
     sent: list[str] = []

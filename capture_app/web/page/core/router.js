@@ -1,6 +1,6 @@
 // The address says what is shown: #/results/ID?compare=... ; back and forward just work.
 import { inWords } from "./api.js";
-import { put } from "./dom.js";
+import { h, put } from "./dom.js";
 import { announce } from "./live.js";
 /** @import {ApiError} from "./api.js" */
 
@@ -24,8 +24,13 @@ export function address(path, query = {}) {
   return `#${path}${text ? `?${text}` : ""}`;
 }
 
-/** Go there; `replace` leaves no step to go back to. @param {string} hash */
-export function go(hash, { replace = false } = {}) {
+/** What is said above the next view. */
+let word = "";
+
+/** Go there; `replace` leaves no step to go back to; `words` are said above what is shown there.
+ *  @param {string} hash */
+export function go(hash, { replace = false, words = "" } = {}) {
+  word = words;
   if (replace) location.replace(hash);
   else location.hash = hash;
 }
@@ -45,6 +50,8 @@ export class Router {
     this.path = null;
     /** @type {View | null} */
     this.view = null;
+    /** @type {HTMLElement | null} */
+    this.told = null;
     this.leaving = new AbortController();
     addEventListener("hashchange", () => this.show());
   }
@@ -55,6 +62,7 @@ export class Router {
     const { path, query } = parse(location.hash);
     if (!again && path === this.path && this.view?.update) {
       this.view.update(query);
+      this.say();
       return;
     }
     const first = this.path === null;
@@ -80,9 +88,18 @@ export class Router {
     this.view = view;
     this.main.removeAttribute("aria-busy");
     put(this.main, view.node);
+    this.say();
     document.title = `${view.title} · omocap`;
     if (!quiet) arrive(this.main, view.title);
     document.dispatchEvent(new CustomEvent("shown", { detail: { path } }));
+  }
+
+  /** What `go` was to say, in place of what it said before. */
+  say() {
+    this.told?.remove();
+    this.told = word ? h("p", { class: "note wide", role: "status" }, word) : null;
+    if (this.told) this.main.prepend(this.told);
+    word = "";
   }
 
   /** @param {string} path @param {URLSearchParams} query @param {AbortSignal} signal */

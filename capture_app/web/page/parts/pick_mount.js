@@ -2,9 +2,8 @@
 import { api } from "../core/api.js";
 import { h } from "../core/dom.js";
 import { address } from "../core/router.js";
-import { begin } from "../upload/begin.js";
+import { bring } from "../upload/begin.js";
 import { dropArea } from "../upload/drop.js";
-import { order } from "../upload/gather.js";
 import { boundWords, isFar, mountWords } from "./mount_words.js";
 import { pickList } from "./pick_list.js";
 /** @import {Mount} from "../core/answers.js"
@@ -22,7 +21,7 @@ const CLAMPED =
 /** The choice; those made for the object come first. `here`: where to come back to.
  *  @param {Mount[]} mounts @param {string | null} current
  *  @param {Choosing & {object: string | null}} choosing */
-export function pickMount(mounts, current, { object, here, chosen }) {
+export function pickMount(mounts, current, { object, here, chosen, why, other }) {
   const place = h("div", { class: "stack" });
   const taken = mounts.find(({ id }) => id === current);
   /** @param {Mount} mount */
@@ -40,7 +39,7 @@ export function pickMount(mounts, current, { object, here, chosen }) {
     "div",
     { class: "stack" },
     pickList("Mount", [...items, OWN_FRAME], current, chosen),
-    taken && fit(taken) > 0 && h("p", { class: "hint" }, CLAMPED),
+    taken && fit(taken) > 0 && h("p", { class: "hint" }, [why, CLAMPED].filter(Boolean).join(" ")),
     mountWarning(taken),
     h(
       "div",
@@ -55,9 +54,10 @@ export function pickMount(mounts, current, { object, here, chosen }) {
       title: "Drop a mount.json",
       text: "What omocap calibrate wrote.",
       took: async (roots) => {
-        const [item] = await begin(roots, place, [order("mount", roots)]);
-        mounts.unshift(await api(`/api/mounts/${item.id}`));
-        if (place.isConnected) chosen(item.id);
+        const id = await bring("mount", roots, place, { back: here, other });
+        if (!id) return;
+        mounts.unshift(await api(`/api/mounts/${id}`));
+        if (place.isConnected) chosen(id);
       },
       folder: false,
       accept: ".json",

@@ -3,19 +3,20 @@ import { api } from "../core/api.js";
 import { h } from "../core/dom.js";
 import { address } from "../core/router.js";
 import { sides } from "../core/words.js";
-import { begin } from "../upload/begin.js";
+import { bring } from "../upload/begin.js";
 import { dropArea } from "../upload/drop.js";
-import { order } from "../upload/gather.js";
 import { pickList } from "./pick_list.js";
 /** @import {Thing} from "../core/answers.js" */
 
-/** @typedef {{here: string, chosen: (id: string) => void}} Choosing */
+/** `why`: the program has chosen it, and this is why; `other` takes what was dropped and is of another kind.
+ *  @typedef {{here: string, chosen: (id: string) => void, why?: string,
+ *    other?: (kind: string, id: string, words: string) => boolean}} Choosing */
 
 export const MESHES = ".obj,.ply,.stl,.glb,.gltf,.usdz,.usda,.usdc,.mtl,.png,.jpg,.bin";
 
 /** The choice; `chosen(id)` when there is another. `here`: where to come back to.
  *  @param {Thing[]} objects @param {string | null} current @param {Choosing} choosing */
-export function pickObject(objects, current, { here, chosen }) {
+export function pickObject(objects, current, { here, chosen, why, other }) {
   const place = h("div", { class: "stack" });
   const items = objects.map(({ id, name, extents }) => ({
     id,
@@ -26,6 +27,7 @@ export function pickObject(objects, current, { here, chosen }) {
     "div",
     { class: "stack" },
     items.length > 0 && pickList("Object", items, current, chosen),
+    why && h("p", { class: "hint" }, why),
     suspicious(objects.find(({ id }) => id === current)),
     h(
       "div",
@@ -36,9 +38,10 @@ export function pickObject(objects, current, { here, chosen }) {
       title: "Drop a mesh of the object",
       text: "OBJ, PLY, STL or GLB. A scan is fine.",
       took: async (roots) => {
-        const [item] = await begin(roots, place, [order("object", roots)]);
-        objects.unshift(await api(`/api/objects/${item.id}`));
-        if (place.isConnected) chosen(item.id);
+        const id = await bring("object", roots, place, { back: here, other });
+        if (!id) return;
+        objects.unshift(await api(`/api/objects/${id}`));
+        if (place.isConnected) chosen(id);
       },
       folder: false,
       accept: MESHES,

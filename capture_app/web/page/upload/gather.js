@@ -4,6 +4,8 @@ const JUNK = /(^|\/)(\.DS_Store|Thumbs\.db|desktop\.ini|__MACOSX(\/.*)?|\._[^/]*
 const MESH = /\.(obj|ply|stl|glb|gltf|usd[acz]?)$/i;
 const BESIDE = /\.(mtl|png|jpe?g|bin)$/i;
 const MOUNT = /mount[^/]*\.json$/i;
+const FILM = /\.(mp4|mov|m4v)$/i;
+const PHOTO = /\.(jpe?g|png|heic|heif|webp|tiff?|dng)$/i;
 
 /** @typedef {{path: string, file: File}} Placed a file, and its path inside what was dropped */
 /** One thing that was dropped: a folder or a file by itself.
@@ -39,6 +41,7 @@ export function fromField(input) {
  *  dropped beside the recording's folder is taken for another thing: a session may hold meshes.
  *  @param {Root[]} roots @returns {Order[]} */
 export function sorted(roots) {
+  roots = roots.flatMap(parted);
   const loose = roots.filter((one) => !one.folder);
   const meshes = loose.filter((one) => MESH.test(one.name));
   const mounts = loose.filter((one) => MOUNT.test(one.name));
@@ -50,6 +53,33 @@ export function sorted(roots) {
   if (meshes.length) orders.push(order("object", [...meshes, ...textures]));
   for (const mount of mounts) orders.push(order("mount", [mount]));
   return orders;
+}
+
+/** What was dropped, if it is one thing: a film alone is no recording, nor are photos.
+ *  @param {Root[]} roots @returns {"session" | "object" | "mount" | "video" | "material"} */
+export function kindOf(roots) {
+  const names = roots.flatMap((one) => one.files.map(({ path }) => path));
+  if (names.length === 1 && FILM.test(names[0])) return "video";
+  if (names.length > 1 && names.every((name) => PHOTO.test(name))) return "material";
+  const kinds = sorted(roots).map(({ kind }) => kind);
+  if (kinds.includes("session")) return "session";
+  return kinds.includes("object") ? "object" : "mount";
+}
+
+/** A folder in which a recording's folder or archive lies beside its mount, as omocap simulate writes it,
+ *  is as if each had been dropped by itself. @param {Root} one @returns {Root[]} */
+function parted(one) {
+  const beside = one.files.filter(({ path }) => !path.includes("/"));
+  if (!one.folder || !beside.some(({ path }) => MOUNT.test(path))) return [one];
+  /** @type {Map<string, Placed[]>} */
+  const folders = new Map();
+  for (const { path, file } of one.files) {
+    const [folder, ...rest] = path.split("/");
+    if (rest.length) folders.set(folder, [...(folders.get(folder) ?? []), { path: rest.join("/"), file }]);
+  }
+  if (folders.size > 1) return [one];
+  const inner = [...folders].map(([name, files]) => ({ name, folder: true, files }));
+  return [...inner, ...beside.map(({ path, file }) => ({ name: path, folder: false, files: [{ path, file }] }))];
 }
 
 /** One order of one kind, whatever the files look like.

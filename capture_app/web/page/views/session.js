@@ -17,6 +17,9 @@ import { trouble } from "../parts/trouble.js";
  *  @import {Visit} from "../core/router.js"
  *  @import {With} from "../parts/order_form.js" */
 
+const ONLY = "It was chosen because it is the only object of your own. Is it the one that was moved?";
+const NEWEST = "It was chosen because it is the newest mount of this object.";
+
 /** Ids in the address. @typedef {With} Chosen */
 /** @typedef {{objects: Thing[], mounts: Mount[], choices: Choices, signal: AbortSignal}} Context */
 
@@ -38,6 +41,8 @@ class Take {
   chosen = null;
   /** @type {AbortController | null} */
   looking = null;
+  /** By whom it was chosen: "usual" for the program. @type {string | null} */
+  by = null;
 
   /** @param {Session} item @param {Context} context */
   constructor(item, { objects, mounts, choices, signal }) {
@@ -71,6 +76,7 @@ class Take {
     const before = this.chosen;
     const chosen = { object: query.get("object"), mount: query.get("mount") };
     this.chosen = chosen;
+    this.by = query.get("by");
     this.drawPicks(chosen);
     if (before && before.object === chosen.object && before.mount === chosen.mount) return;
     this.look(chosen);
@@ -83,19 +89,41 @@ class Take {
     /** @param {Partial<Chosen>} more */
     const choose = (more) => go(address(`/sessions/${this.item.id}`, { ...chosen, ...more }));
     const here = address(`/sessions/${this.item.id}`, chosen);
+    /** A mount dropped as an object, or the other way round, is taken as what it is.
+     *  @param {string} kind @param {string} id @param {string} words */
+    const other = (kind, id, words) => {
+      if (kind !== "object" && kind !== "mount") return false;
+      this.learn(kind, id).then(() => go(address(`/sessions/${this.item.id}`, { ...chosen, [kind]: id }), { words }));
+      return true;
+    };
+    const usual = this.by === "usual";
     put(
       this.object,
       pickObject(this.objects, object, {
         here,
-        chosen: (id) => choose({ object: id, mount: usualMount(this.mounts, id) ?? mount }),
+        other,
+        why: usual ? ONLY : "",
+        chosen: (id) => choose({ object: id, mount: usualMount(this.mounts, id, this.item.id) ?? mount }),
       }),
     );
     put(
       this.mount,
-      pickMount(this.mounts, mount, { object, here, chosen: (id) => choose({ mount: id }) }),
+      pickMount(this.mounts, mount, {
+        object,
+        here,
+        other,
+        why: usual ? NEWEST : "",
+        chosen: (id) => choose({ mount: id }),
+      }),
     );
     this.order.update(chosen);
     this.focusAgain(focused);
+  }
+
+  /** A thing that has just come. @param {"object" | "mount"} kind @param {string} id */
+  async learn(kind, id) {
+    if (kind === "object") this.objects.unshift(await api(`/api/objects/${id}`));
+    else this.mounts.unshift(await api(`/api/mounts/${id}`));
   }
 
   /** A radio button that was drawn anew keeps the focus. @param {Element | null} focused */

@@ -8,8 +8,9 @@ import { ended, size } from "../core/words.js";
 import { itemRow, jobRow, resultCard } from "../parts/cards.js";
 import { doing } from "../parts/fields.js";
 import { trouble } from "../parts/trouble.js";
-import { begin } from "../upload/begin.js";
+import { begin, bring } from "../upload/begin.js";
 import { dropArea } from "../upload/drop.js";
+import { kindOf } from "../upload/gather.js";
 import { uploadPanel } from "../upload/panel.js";
 import { running } from "../upload/send.js";
 /** @import {Job, Motion, Session, Unfinished} from "../core/answers.js"
@@ -91,12 +92,17 @@ async function example() {
 async function take(roots, place, problem) {
   put(problem);
   try {
+    const what = kindOf(roots);
+    if (what === "video" || what === "material") {
+      await bring("session", roots, place, { back: null });
+      return;
+    }
     const items = await begin(roots, place);
     const [session, object, mount] = ["session", "object", "mount"].map(
       (kind) => items.find((item) => item.kind === kind)?.id,
     );
     if (!place.isConnected) return;
-    if (session) go(address(`/sessions/${session}`, { ...(await usual({ object, mount })) }));
+    if (session) go(address(`/sessions/${session}`, { ...(await usual(session, { object, mount })) }));
     else go(object ? `#/objects/${object}` : `#/mounts/${mount}`);
   } catch (error) {
     put(problem, trouble(inWords(error)));
