@@ -85,7 +85,7 @@ def find_blender(given: str | None) -> str:
             "FBX is written by Blender, and there is none"
             + (" on the PATH." if given is None else " of this name."),
             where="‹to› fbx" if given is None else f"‹blender› {given}",
-            fix="Install it from blender.org (4.2 or later) and name it with ‹blender› PATH; "
-            "or export ‹to› glb, which Unreal, Unity and Blender read.",
+            fix="Install it from blender.org (4.2 or later) where the command blender is found, or export "
+            "‹to› glb, which Unreal, Unity and Blender read.",
         )
     return program
