@@ -6,4 +6,4 @@ VIEWER = Path(__file__).parent / "viewer"
 """The scripts, styles and page of the viewer, to be served or put into a file."""
 
 PACK_VERSION = 2
-"""Of the layout of scene packs (docs/replay.md)."""
+"""Number of the layout of scene packs (docs/replay.md)."""
