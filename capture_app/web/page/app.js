@@ -6,32 +6,36 @@ import { Router } from "./core/router.js";
 import { ended } from "./core/words.js";
 import { login } from "./parts/login.js";
 import { troublePage } from "./parts/trouble.js";
-import { calibrate } from "./views/calibrate.js";
-import { compare } from "./views/compare.js";
 import { job } from "./views/job.js";
 import { library } from "./views/library.js";
-import { mount } from "./views/mount.js";
 import { missing } from "./views/missing.js";
-import { object } from "./views/object.js";
 import { result } from "./views/result.js";
-import { scan } from "./views/scan.js";
-import { session } from "./views/session.js";
 import { start } from "./views/start.js";
 /** @import {Job} from "./core/answers.js"
  *  @import {ViewOf} from "./core/router.js" */
+
+/** A view that is loaded when somebody goes there. @param {string} name @returns {ViewOf} */
+const later = (name) => async (visit) => {
+  const module = await import(`./views/${name}.js`).catch(async (error) => {
+    // Where the server does not answer, that is what is said.
+    await api("/api/health");
+    throw error;
+  });
+  return module[name](visit);
+};
 
 /** @type {[RegExp, ViewOf][]} */
 const ROUTES = [
   [/^\/$/, start],
   [/^\/library$/, library],
-  [/^\/sessions\/(?<id>[0-9a-f]{16})$/, session],
-  [/^\/objects\/(?<id>[0-9a-f]{16})$/, object],
-  [/^\/mounts\/(?<id>[0-9a-f]{16})$/, mount],
-  [/^\/calibrate$/, calibrate],
-  [/^\/scan$/, scan],
+  [/^\/sessions\/(?<id>[0-9a-f]{16})$/, later("session")],
+  [/^\/objects\/(?<id>[0-9a-f]{16})$/, later("object")],
+  [/^\/mounts\/(?<id>[0-9a-f]{16})$/, later("mount")],
+  [/^\/calibrate$/, later("calibrate")],
+  [/^\/scan$/, later("scan")],
   [/^\/jobs\/(?<id>[0-9a-f]{16})$/, job],
   [/^\/results\/(?<id>[0-9a-f]{16})$/, result],
-  [/^\/compare$/, compare],
+  [/^\/compare$/, later("compare")],
   [/^/, missing],
 ];
 

@@ -165,8 +165,8 @@ def test_the_person_in_the_phones_film(tabs, server, motion):
 
 def test_lists_show_pictures(tabs, server, motion, box):
     page = tabs.open(server.at("/library"))
-    for address in (f"/api/results/{motion}/picture", f"/api/objects/{box}/picture"):
-        shown = page.locator(f'img[src^="{address}"]')
+    for address in (f"results/{motion}/picture", f"objects/{box}/picture"):
+        shown = page.locator(f'img[data-of="{address}"]')
         shown.scroll_into_view_if_needed()
         page.wait_for_function(
             "(one) => one.naturalWidth > 0", arg=shown.element_handle(), timeout=90_000

@@ -64,6 +64,8 @@ def test_the_view_fills_the_window_with_its_timeline(page, width: int, height: i
     assert _box(page, CANVAS)["height"] >= least
     assert _box(page, CANVAS)["y"] >= 50
     expect(page.get_by_role("slider", name=TIME)).to_be_in_viewport(ratio=1)
+    for name in ("Camera", "Speed"):
+        expect(page.get_by_role("combobox", name=name, exact=True)).to_be_visible()
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
@@ -144,6 +146,20 @@ def test_one_finger_scrolls_and_two_turn_the_view(moving):
     box = _box(page, CANVAS)
     _swipe(page, [(box["width"] / 2, box["height"] / 2)], (120, 0))
     assert _differ(whole, _picture(page)) > 0.02
+
+
+def test_the_wheel_scrolls_until_the_view_has_the_focus(page):
+    canvas = page.locator(CANVAS)
+    canvas.hover()
+    page.mouse.wheel(0, 200)
+    _until(page, "scrollY > 50")
+    page.evaluate("scrollTo(0, 0)")
+    before = _picture(page)
+    canvas.click()
+    page.mouse.wheel(0, 200)
+    page.wait_for_timeout(500)
+    assert page.evaluate("scrollY") == 0
+    assert _differ(before, _picture(page)) > 0.01
 
 
 def test_the_surface_of_a_video_is_dark_in_the_dark(page):
@@ -265,3 +281,18 @@ def test_the_keyboard_alone_reaches_everything(page):
             page.keyboard.press("ArrowUp")
             reached.add(page.evaluate(name))
     assert wanted <= reached
+
+
+def test_the_page_is_light(tabs, server, motion):
+    page = tabs.context.new_page()
+    sizes: list[int] = []
+
+    def heard(answer: Any) -> None:
+        if "/api/" not in answer.url:
+            sizes.append(int(answer.headers.get("content-length", 0)))
+
+    page.on("response", heard)
+    page.goto(server.at(f"/results/{motion}"))
+    expect(page.get_by_role("slider", name=TIME)).to_be_visible(timeout=90_000)
+    assert len(sizes) < 90
+    assert sum(sizes) < 330_000

@@ -3,7 +3,7 @@ import { api } from "../core/api.js";
 import { h, say } from "../core/dom.js";
 import { announce } from "../core/live.js";
 import { go } from "../core/router.js";
-import { draft, forget, keep } from "./contact_drafts.js";
+import { store, stored } from "../core/stored.js";
 import { confirmed } from "./dialog.js";
 import { attempt, button } from "./fields.js";
 import { freshKey } from "./order_form.js";
@@ -86,6 +86,7 @@ class Editor {
 
   begin() {
     if (!this.timeline) return;
+    this.stage.viewer?.pause();
     this.timeline.editable = true;
     this.edit.hidden = true;
     this.tools.hidden = false;
@@ -181,4 +182,26 @@ class Editor {
       go(`#/jobs/${job.id}`);
     });
   }
+}
+
+// Corrections that are not solved yet are kept in the browser until they are, or thrown away.
+
+/** @param {string} result @param {number} sample */
+const draftName = (result, sample) => `contacts of ${result}, sample ${sample}`;
+
+/** Those of a sample of a result; null for none.
+ *  @param {string} result @param {number} sample @returns {Segment[] | null} */
+function draft(result, sample) {
+  const found = stored(localStorage, draftName(result, sample));
+  return Array.isArray(found) ? found : null;
+}
+
+/** @param {string} result @param {number} sample @param {Segment[]} segments */
+function keep(result, sample, segments) {
+  store(localStorage, draftName(result, sample), segments);
+}
+
+/** @param {string} result @param {number} sample */
+function forget(result, sample) {
+  store(localStorage, draftName(result, sample), null);
 }

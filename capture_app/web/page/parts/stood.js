@@ -92,6 +92,7 @@ class Stood {
     this.make.disabled = true;
     for (const { input } of this.typed) input.value = "";
     this.toStart();
+    this.stage.node.scrollIntoView({ block: "start" });
     this.stage.clicksFor(this);
     say(this.hint, WHERE);
   }
