@@ -90,7 +90,8 @@ class GlbBuffer:
     def write(self, path: Path) -> None:
         """Write the file: glTF 2.0, section 4.4."""
         self._gltf.buffers = [Buffer(byteLength=self._length)]
-        scene = self._gltf.gltf_to_json(separators=(",", ":"), indent=None).encode()
+        compact: dict[str, Any] = {"separators": (",", ":"), "indent": None}
+        scene = self._gltf.gltf_to_json(**compact).encode()
         scene += b" " * (-len(scene) % 4)
         whole = 12 + 8 + len(scene) + 8 + self._length
         with path.open("wb") as file:
