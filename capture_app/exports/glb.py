@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
 from pygltflib import (
     ARRAY_BUFFER,
     ELEMENT_ARRAY_BUFFER,
@@ -107,7 +106,7 @@ class GlbBuffer:
 
     def _view(self, data: bytes | np.ndarray, target: int | None) -> int:
         """Add bytes, and return the index of their view."""
-        size = memoryview(data).nbytes
+        size = data.nbytes if isinstance(data, np.ndarray) else len(data)
         view = BufferView(buffer=0, byteOffset=self._length, byteLength=size, target=target)
         self._gltf.bufferViews.append(view)
         self._pieces += [data, b"\0" * (-size % 4)]
