@@ -71,7 +71,7 @@ class Result:
 
     @property
     def start(self) -> Float[np.ndarray, "2"]:
-        """Place where the chosen sample begins, on the floor of the world, metres."""
+        """Place on the floor at which the chosen sample begins, world, metres."""
         return read_row(self.folder / MOTION, ["root"], self.manifest.chosen)["root"][0, :2]
 
 

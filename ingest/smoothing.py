@@ -49,7 +49,8 @@ def cross_correlation(
     """Sum of products of two signals at every shift, of 1 - m to n - 1 samples."""
     count = len(a) + len(b) - 1
     length = next_fast_len(count, real=True)
-    return np.asarray(irfft(rfft(a, length) * rfft(b[::-1], length), length))[:count]
+    both = np.asarray(rfft(a, length)) * np.asarray(rfft(b[::-1], length))
+    return np.asarray(irfft(both, length))[:count]
 
 
 def _fit(width: int, order: int) -> Float64[np.ndarray, "powers width"]:

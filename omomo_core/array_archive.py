@@ -1,6 +1,5 @@
 """Files of named arrays (.npz) that are written, and read, without holding a whole array in memory."""
 
-import os
 import zipfile
 from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import contextmanager
@@ -80,12 +79,12 @@ def read_row(path: Path, names: Iterable[str], row: int) -> dict[str, np.ndarray
     rows: dict[str, np.ndarray] = {}
     with zipfile.ZipFile(path) as file:
         for name in names:
+            shape, dtype, start = _described(file, f"{name}.npy")
+            size = int(np.prod(shape[1:])) * dtype.itemsize
             with file.open(f"{name}.npy") as member:
-                shape, dtype = _header(member)
-                size = int(np.prod(shape[1:])) * dtype.itemsize
-                member.seek(row * size, os.SEEK_CUR)
+                member.seek(start + row * size)
                 found = np.frombuffer(bytearray(member.read(size)), dtype)
-                rows[name] = found.reshape(shape[1:])
+            rows[name] = found.reshape(shape[1:])
     return rows
 
 
@@ -105,18 +104,19 @@ def shapes_of(path: Path) -> dict[str, tuple[int, ...]]:
         if (damaged := file.testzip()) is not None:
             raise DamageError(f"{damaged.removesuffix('.npy')} is damaged")
         for name in file.namelist():
-            with file.open(name) as member:
-                shapes[name.removesuffix(".npy")] = _header(member)[0]
+            shapes[name.removesuffix(".npy")] = _described(file, name)[0]
     return shapes
 
 
-def _header(member: zipfile.ZipExtFile) -> tuple[tuple[int, ...], np.dtype]:
-    if np.lib.format.read_magic(member) != (1, 0):
-        raise DamageError("it is of a later numpy")
-    shape, fortran, dtype = np.lib.format.read_array_header_1_0(member)
-    if fortran or dtype.hasobject:
-        raise DamageError("its arrays are not as they were written")
-    return shape, dtype
+def _described(file: zipfile.ZipFile, name: str) -> tuple[tuple[int, ...], np.dtype, int]:
+    """Return shape and type of an array of a file, and the byte at which its numbers begin."""
+    with file.open(name) as member:
+        if np.lib.format.read_magic(member) != (1, 0):
+            raise DamageError("it is of a later numpy")
+        shape, fortran, dtype = np.lib.format.read_array_header_1_0(member)
+        if fortran or dtype.hasobject:
+            raise DamageError("its arrays are not as they were written")
+        return shape, dtype, member.tell()
 
 
 def read_arrays(path: Path, wanted: Callable[[str], bool] | None = None) -> dict[str, np.ndarray]:

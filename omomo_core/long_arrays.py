@@ -8,6 +8,7 @@ import mmap
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryFile
+from typing import Any
 
 import numpy as np
 
@@ -51,7 +52,7 @@ class GrowingArray:
 
 def let_go(array: np.ndarray) -> None:
     """Give back the memory of an array that lies in a file; it is read again when it is looked at again."""
-    base: object = array
+    base: Any = array
     while isinstance(base, np.ndarray):
         base = base.base
     if isinstance(base, mmap.mmap) and hasattr(base, "madvise"):

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
 from pygltflib import (
     ARRAY_BUFFER,
     ELEMENT_ARRAY_BUFFER,
@@ -51,7 +50,7 @@ from capture_app.exports.resample import Sampled, frames_of
 from capture_app.picture_bytes import PictureBytes, encoded
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.rotations import xyzw_from_matrix
-from omomo_core.long_arrays import row_blocks
+from omomo_core.long_arrays import GrowingArray, let_go, row_blocks
 from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion, Texture
 
 _COMPONENT = {"float32": FLOAT, "uint16": UNSIGNED_SHORT, "uint32": UNSIGNED_INT}
@@ -63,7 +62,7 @@ class GlbBuffer:
 
     def __init__(self, gltf: GLTF2) -> None:
         self._gltf = gltf
-        self._pieces: list[bytes] = []
+        self._pieces: list[bytes | np.ndarray] = []
         self._length = 0
 
     def vertices(self, values: np.ndarray, dtype: str = "float32") -> int:
@@ -76,7 +75,7 @@ class GlbBuffer:
 
     def values(self, values: np.ndarray) -> int:
         """Key frames or matrices (row, column; the file stores them column by column)."""
-        values = values.astype("float32")
+        values = values.astype("float32", copy=False)
         return self._add(values.swapaxes(-1, -2) if values.ndim == 3 else values, None)
 
     def texture(self, picture: PictureBytes) -> int:
@@ -90,25 +89,32 @@ class GlbBuffer:
     def write(self, path: Path) -> None:
         """Write the file: glTF 2.0, section 4.4."""
         self._gltf.buffers = [Buffer(byteLength=self._length)]
-        scene = self._gltf.gltf_to_json(separators=(",", ":"), indent=None).encode()
+        compact: dict[str, Any] = {"separators": (",", ":"), "indent": None}
+        scene = self._gltf.gltf_to_json(**compact).encode()
         scene += b" " * (-len(scene) % 4)
         whole = 12 + 8 + len(scene) + 8 + self._length
         with path.open("wb") as file:
             file.write(struct.pack("<4sII", b"glTF", 2, whole))
             file.write(struct.pack("<I4s", len(scene), b"JSON") + scene)
             file.write(struct.pack("<I4s", self._length, b"BIN\0"))
-            file.writelines(self._pieces)
+            for piece in self._pieces:
+                if isinstance(piece, bytes):
+                    file.write(piece)
+                else:
+                    file.write(piece.tobytes())
+                    let_go(piece)
 
-    def _view(self, data: bytes, target: int | None) -> int:
+    def _view(self, data: bytes | np.ndarray, target: int | None) -> int:
         """Add bytes, and return the index of their view."""
-        view = BufferView(buffer=0, byteOffset=self._length, byteLength=len(data), target=target)
+        size = data.nbytes if isinstance(data, np.ndarray) else len(data)
+        view = BufferView(buffer=0, byteOffset=self._length, byteLength=size, target=target)
         self._gltf.bufferViews.append(view)
-        self._pieces += [data, b"\0" * (-len(data) % 4)]
-        self._length += len(data) + len(self._pieces[-1])
+        self._pieces += [data, b"\0" * (-size % 4)]
+        self._length += size + -size % 4
         return len(self._gltf.bufferViews) - 1
 
     def _add(self, values: np.ndarray, target: int | None) -> int:
-        view = self._view(np.ascontiguousarray(values).tobytes(), target)
+        view = self._view(np.ascontiguousarray(values), target)
         flat = values.reshape(len(values), -1)
         self._gltf.accessors.append(
             Accessor(
@@ -120,6 +126,7 @@ class GlbBuffer:
                 max=flat.max(axis=0).tolist(),
             )
         )
+        let_go(values)
         return len(self._gltf.accessors) - 1
 
 
@@ -170,7 +177,7 @@ def _write(path: Path, blocks: Iterable[Take], *, vrm: bool = False) -> None:
     figure, thing = len(gltf.nodes), len(gltf.nodes) + 1
     gltf.nodes += [Node(name="body", mesh=0, skin=0), _object_node(take)]
     gltf.skins = [_skin(buffer, take.skeleton)]
-    gltf.animations = [_animation(buffer, chain([take], blocks), thing)]
+    gltf.animations = [_animation(buffer, chain([take], blocks), thing, path.parent)]
     gltf.scenes = [Scene(nodes=[0, figure, thing])]
     gltf.scene = 0
     if vrm:
@@ -268,22 +275,23 @@ def _skin(buffer: GlbBuffer, skeleton: taken.Skeleton) -> Skin:
     )
 
 
-def _animation(buffer: GlbBuffer, blocks: Iterable[Take], thing: int) -> Animation:
-    tracks: defaultdict[_Track, list[Float[np.ndarray, "frames n"]]] = defaultdict(list)
+def _animation(buffer: GlbBuffer, blocks: Iterable[Take], thing: int, folder: Path) -> Animation:
+    """Return the moving nodes of consecutive stretches; their key frames lie in files of a folder."""
+    tracks: defaultdict[_Track, GrowingArray] = defaultdict(lambda: GrowingArray(folder))
+    ends: dict[_Track, np.ndarray] = {}
     frames, rate = 0, FPS
     for take in blocks:
         for track, values in _moves(take, thing).items():
             key_frames = values
             if track.path == "rotation":
-                before = tracks[track][-1][-1] if frames else None
-                key_frames = xyzw_from_matrix(values, before)
-            tracks[track].append(key_frames.astype("float32"))
+                key_frames = xyzw_from_matrix(values, ends.get(track))
+                ends[track] = key_frames[-1]
+            tracks[track].add(key_frames.astype("float32"))
         frames, rate = frames + len(take.positions), take.fps
     times = buffer.values(np.arange(frames) / rate)
     animation = Animation(name="take")
     for k, (track, values) in enumerate(tracks.items()):
-        output = buffer.values(np.concatenate(values))
-        values.clear()
+        output = buffer.values(values.whole())
         animation.samplers.append(AnimationSampler(input=times, output=output))
         target = AnimationChannelTarget(node=track.node, path=track.path)
         animation.channels.append(AnimationChannel(sampler=k, target=target))

@@ -43,7 +43,7 @@ class SampledTake:
     object_model: ObjectModel
     body: BodyModel
     folder: Path | None = None
-    """Folder of the arrays of people, in files without names; None for memory."""
+    """Folder in which the arrays of people lie, in files without names; None for memory."""
 
     @property
     def samples(self) -> int:
