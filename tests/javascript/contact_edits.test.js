@@ -100,6 +100,20 @@ test("undo goes back one edit at a time and ends at the start", () => {
   assert.deepEqual(spans(edits), before);
 });
 
+test("what was undone is made again, until something else is edited", () => {
+  const edits = made();
+  edits.moved(edits.segments[0], "stop", 3);
+  const after = spans(edits);
+  edits.undo();
+  edits.redo();
+  assert.deepEqual(spans(edits), after);
+  edits.undo();
+  edits.remove(edits.segments[1]);
+  const other = spans(edits);
+  edits.redo();
+  assert.deepEqual(spans(edits), other);
+});
+
 test("reset gives back what was there, and can be undone", () => {
   const edits = made();
   edits.remove(edits.segments[0]);

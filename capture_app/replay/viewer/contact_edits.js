@@ -16,6 +16,8 @@ export class ContactEdits {
     this.segments = this.own;
     /** @type {Segment[][]} */
     this.past = [];
+    /** @type {Segment[][]} */
+    this.undone = [];
   }
 
   get dirty() {
@@ -78,7 +80,22 @@ export class ContactEdits {
   }
 
   undo() {
+    const before = this.past.pop();
+    if (!before) return;
+    this.undone.push(this.segments);
+    this.segments = before;
+  }
+
+  /** Forget the last edit: a drag is going on. */
+  takeBack() {
     this.segments = this.past.pop() ?? this.segments;
+  }
+
+  redo() {
+    const after = this.undone.pop();
+    if (!after) return;
+    this.past.push(this.segments);
+    this.segments = after;
   }
 
   /** @param {Segment[]} segments */
@@ -108,6 +125,7 @@ export class ContactEdits {
 
   #keep() {
     this.past.push(this.segments);
+    this.undone = [];
   }
 
   /** @param {Segment[]} segments */

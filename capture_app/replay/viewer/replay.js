@@ -239,7 +239,7 @@ class Page {
 
   /** @param {KeyboardEvent} event */
   #key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (this.timeline.undoKey(event) || event.ctrlKey || event.metaKey || event.altKey) return;
     const target = event.target instanceof Element ? event.target : document.body;
     if (target.matches("input, select, textarea")) return;
     /** @param {number} frames */

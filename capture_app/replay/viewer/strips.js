@@ -22,7 +22,7 @@ const STEPS = {
 };
 
 export class Strips {
-  /** tell(kind, detail) hears "edit" and "select"; frame() is that of the playhead.
+  /** tell(kind, detail) hears "edit", "select" and "follow" of a frame; frame() is that of the playhead.
    *  @param {Pack} pack @param {number} sample
    *  @param {(kind: string, detail: object) => void} tell @param {() => number} frame */
   constructor(pack, sample, tell, frame) {
@@ -177,7 +177,13 @@ export class Strips {
   /** @param {Segment} segment @param {Part} part @param {number} by */
   #move(segment, part, by) {
     this.edit((edits) => edits.moved(segment, part, by));
+    this.#show(this.selected, part);
     this.#handles(this.selected)?.[part]?.focus();
+  }
+
+  /** The playhead goes with what is moved. @param {Segment | null} segment @param {Part} part */
+  #show(segment, part) {
+    if (segment) this.tell("follow", { frame: part === "stop" ? segment.stop - 1 : segment.start });
   }
 
   /** @param {Segment | null | undefined} segment */
@@ -207,10 +213,11 @@ export class Strips {
     const move = (now) => {
       const by = Math.round(((now.clientX - from) / width) * this.header.frames);
       if (by === done) return;
-      if (current !== segment) this.edits.undo();
+      if (current !== segment) this.edits.takeBack();
       done = by;
       this.edit((edits) => (current = edits.moved(segment, part, by)));
       if (current === segment) this.#redraw();
+      this.#show(current, part);
     };
     const end = () => {
       off.abort();

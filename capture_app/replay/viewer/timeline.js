@@ -46,7 +46,7 @@ export class Timeline extends EventTarget {
     host.append(this.#root);
     if (pack.header.samples) {
       const frame = () => this.#frame();
-      this.#strips = new Strips(pack, sample, (kind, detail) => this.#tell(kind, detail), frame);
+      this.#strips = new Strips(pack, sample, (kind, detail) => this.#hear(kind, detail), frame);
       this.#makeTools(this.#strips);
     }
     this.#build();
@@ -128,6 +128,24 @@ export class Timeline extends EventTarget {
 
   undo() {
     this.#strips?.edit((edits) => edits.undo());
+  }
+
+  redo() {
+    this.#strips?.edit((edits) => edits.redo());
+  }
+
+  /** Ctrl-Z takes an edit back, Ctrl-Y or Ctrl-Shift-Z makes it again; whether it was one of these.
+   *  @param {KeyboardEvent} event */
+  undoKey(event) {
+    const { target } = event;
+    if (!this.editable || event.altKey || !(event.ctrlKey || event.metaKey)) return false;
+    if (target instanceof Element && target.matches("input, select, textarea")) return false;
+    const key = event.key.toLowerCase();
+    if (key !== "z" && key !== "y") return false;
+    event.preventDefault();
+    if (key === "z" && !event.shiftKey) this.undo();
+    else this.redo();
+    return true;
   }
 
   reset() {
@@ -295,6 +313,12 @@ export class Timeline extends EventTarget {
     this.#scrubber.setAttribute("aria-valuenow", String(frame));
     const whole = clock(this.#duration);
     this.#scrubber.setAttribute("aria-valuetext", `${clock(this.#time)} of ${whole}`);
+  }
+
+  /** What the strips tell. @param {string} kind @param {object} detail */
+  #hear(kind, detail) {
+    if (kind === "follow" && "frame" in detail) this.#seek(Number(detail.frame));
+    else this.#tell(kind, detail);
   }
 
   /** @param {string} kind @param {object} detail */

@@ -132,6 +132,32 @@ def test_corrections_are_kept_until_they_are_thrown_away(page, server, motion):
     expect(page.get_by_role("button", name="Correct the contacts")).to_be_visible(timeout=90_000)
 
 
+def test_the_picture_goes_where_a_contact_is_moved_and_keys_take_it_back(page):
+    end = _lengthen(page)
+    time = page.get_by_role("slider", name="Time")
+    expect(time).to_have_attribute("aria-valuenow", str(int(end) - 1))
+    stop = page.get_by_role("slider", name=STOP).first
+    expect(stop).to_be_focused()
+    page.keyboard.press("Control+z")
+    expect(page.get_by_role("button", name="Solve again")).to_be_disabled()
+    page.keyboard.press("Control+y")
+    expect(stop).to_have_attribute("aria-valuenow", end)
+    expect(page.get_by_role("button", name="Solve again")).to_be_enabled()
+    # A drag is one step, wherever the focus is.
+    box = stop.bounding_box()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    for step in (20, 60, 40):
+        page.mouse.move(box["x"] - step, box["y"] + box["height"] / 2)
+    page.mouse.up()
+    dragged = stop.get_attribute("aria-valuenow")
+    assert int(dragged) < int(end)
+    expect(time).to_have_attribute("aria-valuenow", str(int(dragged) - 1))
+    page.locator(".stage canvas").first.focus()
+    page.keyboard.press("Control+z")
+    expect(stop).to_have_attribute("aria-valuenow", end)
+
+
 def test_playhead_and_clock_agree_after_another_sample_is_shown(page, server, motion):
     time = page.get_by_role("slider", name="Time")
     time.focus()

@@ -14,7 +14,7 @@ import { freshKey } from "./order_form.js";
 const KEPT = "These are your corrections of last time. Nothing is solved again yet.";
 const HELP =
   "Drag a contact on the timeline or its ends; with the keyboard: Tab to it, " +
-  "Enter, arrows. “Add” puts one at the playhead.";
+  "Enter, arrows. “Add” puts one at the playhead. Ctrl-Z takes back, Ctrl-Y makes again.";
 
 /** Buttons under the stage of a result. @param {Result} item @param {Stage} stage */
 export function contactEditor(item, stage) {
@@ -47,6 +47,8 @@ class Editor {
       this.problem,
     );
     stage.canvas.addEventListener("click", (event) => this.clicked(event));
+    const { signal } = stage;
+    document.addEventListener("keydown", (event) => this.timeline?.undoKey(event), { signal });
     this.reset();
   }
 

@@ -92,6 +92,8 @@ class Stood {
     this.make.disabled = true;
     for (const { input } of this.typed) input.value = "";
     this.toStart();
+    // From above the floor fills the picture.
+    this.stage.viewer?.camera("top");
     this.stage.node.scrollIntoView({ block: "start" });
     this.stage.clicksFor(this);
     say(this.hint, WHERE);
