@@ -1,6 +1,7 @@
 """to_order: what a client orders, with paths in the library in place of ids."""
 
 import json
+from dataclasses import replace
 from typing import cast
 
 from capture_app.commands.calibrate import AnyWay, CalibrateRequest, ScanWay
@@ -40,7 +41,6 @@ from capture_app.web.sources import (
     scan_of,
     seen_with,
 )
-from ingest.trajectory.trajectory_config import Reading
 from omomo_core.whole_file import write_whole
 
 _VIDEO = (960, 540)
@@ -107,15 +107,14 @@ async def _refuse_unusable(site: Site, given: Run) -> None:
     Raises:
         InputError: as `usable_take`.
     """
-    said = given.options.model_dump(include={*Reading.__dataclass_fields__})
-    seen = seen_with(
-        site.library, given.session, ReadAs(object=given.object, mount=given.mount, **said)
-    )
-    report = json.loads((await inspected(site, given.session, seen)).read_bytes())
     options = given.options
-    limited = options.strict and report["verdict"] != "good"
-    if limited or (report["verdict"] == "not usable" and not options.force):
-        await site.sandbox.run(sandboxed_work.refuse_unusable, seen, options.strict)
+    if options.force and not options.strict:
+        return
+    said = ReadAs(object=given.object, mount=given.mount)
+    seen = replace(seen_with(site.library, given.session, said), reading=options.reading)
+    report = json.loads((await inspected(site, given.session, seen)).read_bytes())
+    if report["verdict"] == "not usable" or (options.strict and report["verdict"] != "good"):
+        await site.sandbox.run(sandboxed_work.refuse_unusable, seen, options.force, options.strict)
 
 
 def _check_whole(given: Run) -> None:

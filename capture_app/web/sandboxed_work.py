@@ -162,13 +162,13 @@ def inspect(inputs: SessionInputs, data: Path) -> dict[str, Any]:
     return {key: report[key] for key in ("app", "seconds", "verdict")}
 
 
-def refuse_unusable(inputs: SessionInputs, strict: bool) -> dict[str, Any]:
+def refuse_unusable(inputs: SessionInputs, force: bool, strict: bool) -> dict[str, Any]:
     """Refuse a take of a phone that a run would refuse.
 
     Raises:
         InputError: as `usable_take`.
     """
-    usable_take(inputs.inspect(), strict=strict)
+    usable_take(inputs.inspect(), force=force, strict=strict)
     return {}
 
 

@@ -58,7 +58,7 @@ def test_a_click_straight_from_a_field_makes_the_motion(tabs, server, example):
 
 def test_a_job_that_fails_tells_why_and_leads_back(tabs, server, example):
     chosen = f"?object={example['object']}&mount={example['mount']}"
-    order = {"kind": "run", **example, "options": {"segment": 9}}
+    order = {"kind": "run", **example, "options": {"segment": 9, "force": True}}
     back = quote(f"#/sessions/{example['session']}{chosen}", safe="")
     page = tabs.open(server.at(f"/jobs/{server.ask('jobs', order)['id']}?from={back}"))
     alert = page.get_by_role("alert")
@@ -98,7 +98,7 @@ def test_errors_use_the_words_of_the_page(tabs, server, example):
     expect(told).to_be_visible(timeout=90_000)
     expect(page.get_by_text("“Stretch to use”").first).to_be_visible()
     assert not re.search(r"--[a-z]{2}", page.locator("main").inner_text())
-    order = {"kind": "run", **example, "options": {"segment": 9}}
+    order = {"kind": "run", **example, "options": {"segment": 9, "force": True}}
     page.goto(server.at(f"/jobs/{server.ask('jobs', order)['id']}"))
     expect(page.get_by_role("alert")).to_contain_text("“Stretch to use”", timeout=120_000)
     assert not re.search(r"--[a-z]{2}", page.locator("main").inner_text())

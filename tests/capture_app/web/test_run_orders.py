@@ -13,6 +13,7 @@ from omomo_core.errors import InputError
 from tests.capture_app.web.talk import problem, upload
 
 SAID = {"floor": -0.7, "segment": 1, "format": "Stray Scanner", "stitch": True, "closure": True}
+"""Nonsense for the example: a run of it has to be forced."""
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +62,7 @@ def test_the_phones_own_frame_is_taken_where_it_is_said(
     client: httpx.Client, site: Site, example: dict[str, str]
 ):
     both = {"session": example["session"], "object": example["object"]}
-    order = ordered(client, site, **both, mount="identity")
+    order = ordered(client, site, **both, mount="identity", options={"force": True})
     assert (order.mount, order.animated) == (None, False)
     assert ordered(client, site, **example).mount is not None
     wrong = {"kind": "run", **both, "mount": "Identity"}
@@ -94,7 +95,7 @@ def test_an_objects_own_motion_needs_no_mount_and_takes_none(
 def test_a_run_and_its_report_are_told_the_same(
     client: httpx.Client, site: Site, example: dict[str, str], monkeypatch, up: object, word: str
 ):
-    order = ordered(client, site, **example, options={**SAID, "up": up})
+    order = ordered(client, site, **example, options={**SAID, "up": up, "force": True})
     asked: list[Reading] = []
 
     async def run(_: object, seen, data):
