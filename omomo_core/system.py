@@ -51,7 +51,9 @@ def give_back_memory() -> None:
 
 @cache
 def _c_library() -> ctypes.CDLL | None:
-    return ctypes.CDLL(None) if sys.platform == "linux" else None
+    if sys.platform == "linux":
+        return ctypes.CDLL(None)
+    return None
 
 
 @cache

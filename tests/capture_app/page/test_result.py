@@ -139,7 +139,7 @@ def test_made_again_from_where_the_person_stood(result_page, server, motion):
     expect(make).to_be_disabled()
     canvas = page.locator(".stage canvas").first
     size = canvas.bounding_box()
-    canvas.click(position={"x": size["width"] * 0.35, "y": size["height"] * 0.8})
+    canvas.click(position={"x": size["width"] * 0.45, "y": size["height"] * 0.6})
     expect(page.get_by_role("main").get_by_text("They will start at the post")).to_be_visible()
     x = page.get_by_label("Place, x")
     clicked = x.input_value()

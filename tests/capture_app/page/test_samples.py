@@ -69,14 +69,16 @@ def test_what_is_told_is_of_the_sample_that_is_shown(page, server, motion):
         )
         expect(card.get_by_text("is known when it is finished")).to_have_count(0)
         told = _told(server, motion, sample)
-        assert told
-        expect(card.locator("ul.told li")).to_have_text(told)
-        marks = page.locator(".tl-reports .tl-flag")
         placed = [text for text in told if text.startswith("From ")]
+        marks = page.locator(".tl-reports .tl-flag")
         expect(marks).to_have_count(len(placed))
+        expect(card.get_by_text("Every palm is where it should be")).to_have_count(int(not told))
+        if not placed:
+            continue
+        expect(card.locator("ul.told").last.locator("li")).to_have_text(told)
         start = float(placed[0].split()[1])
         time = page.get_by_role("slider", name="Time")
-        card.locator("ul.told").get_by_role("button", name=placed[0]).click()
+        card.locator("ul.told").last.get_by_role("button", name=placed[0]).click()
         expect(time).to_have_attribute("aria-valuenow", str(round(30 * start)))
         page.keyboard.press("Home")
         time.focus()
