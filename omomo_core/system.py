@@ -6,6 +6,7 @@ import sys
 from contextlib import AbstractContextManager
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from threadpoolctl import ThreadpoolController
 
@@ -50,7 +51,7 @@ def give_back_memory() -> None:
 
 
 @cache
-def _c_library() -> ctypes.CDLL | None:
+def _c_library() -> Any:
     if sys.platform == "linux":
         return ctypes.CDLL(None)
     return None
