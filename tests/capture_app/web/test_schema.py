@@ -89,7 +89,7 @@ def _operations(live: Live) -> list[APIOperation]:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(900)
+@pytest.mark.timeout(1800)
 @pytest.mark.parametrize(("examples", "step"), [(1, 7), (100, 1)])
 def test_no_route_fails(live: Live, known: dict[str, str], examples: int, step: int):
     """A few routes in the quick tests."""
