@@ -5,7 +5,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
-from typing import overload
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -33,7 +32,7 @@ from omomo_core.contact.segment import ContactSegment
 from omomo_core.errors import DamageError, InputError
 from omomo_core.generation.person import FingerFit, Person
 from omomo_core.geometry.rotations import matrix_from_xyzw, same_numbers, xyzw_from_matrix
-from omomo_core.long_arrays import in_blocks
+from omomo_core.long_arrays import ReadLater, in_blocks
 from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion, Texture
 from omomo_core.skeleton import BODY_JOINTS, FINGER_JOINTS
 from omomo_core.whole_file import whole_file
@@ -75,34 +74,6 @@ class Result:
         return read_row(self.folder / MOTION, ["root"], self.manifest.chosen)["root"][0, :2]
 
 
-class _StoredPeople(Sequence[Person]):
-    """The samples of a result's files, each read when it is first looked at."""
-
-    def __init__(self, sources: Sequence[tuple[Path, int]]) -> None:
-        """Nothing is read yet.
-
-        Args:
-            sources: file of each sample, and its index amid those of the file.
-        """
-        self._sources = sources
-        self._read: dict[int, Person] = {}
-
-    def __len__(self) -> int:
-        return len(self._sources)
-
-    @overload
-    def __getitem__(self, index: int) -> Person: ...
-    @overload
-    def __getitem__(self, index: slice) -> list[Person]: ...
-    def __getitem__(self, index: int | slice) -> Person | list[Person]:
-        if isinstance(index, slice):
-            return [self[k] for k in range(len(self))[index]]
-        k = range(len(self))[index]
-        if k not in self._read:
-            self._read[k] = _read_person(*self._sources[k])
-        return self._read[k]
-
-
 def load_result(folder: Path) -> Result:
     """Read a result folder.
 
@@ -119,7 +90,8 @@ def load_result(folder: Path) -> Result:
         if k not in unsolved and (later := sample_file(folder, k)).is_file():
             sources[k] = later, 0
             _samples_in(later)
-    return Result(folder, manifest, _StoredPeople(sources), _object_of(path), unsolved)
+    people = ReadLater(count, lambda k: _read_person(*sources[k]), keep=True)
+    return Result(folder, manifest, people, _object_of(path), unsolved)
 
 
 def save_sample_of(result: Result, index: int, person: Person) -> Person:
@@ -219,8 +191,8 @@ def load_motion(path: Path) -> tuple[tuple[Person, ...], ObjectMotion]:
     Raises:
         InputError: the file is missing or damaged.
     """
-    people = _StoredPeople([(path, k) for k in range(_samples_in(path))])
-    return tuple(people), _object_of(path)
+    people = tuple(_read_person(path, k) for k in range(_samples_in(path)))
+    return people, _object_of(path)
 
 
 def _object_of(path: Path) -> ObjectMotion:

@@ -5,12 +5,15 @@ at, and `let_go` gives them back. So memory holds the blocks at work, whatever t
 """
 
 import mmap
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import Any
+from typing import Any, TypeVar, overload
 
 import numpy as np
+
+_T = TypeVar("_T")
 
 BLOCK = 1800
 """Frames that are worked on at once: a minute."""
@@ -48,6 +51,33 @@ class GrowingArray:
             # What is written to the array does not reach the file; torch takes no array that is read-only.
             mapped = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_COPY)
         return np.ndarray((self._rows, *like.shape[1:]), like.dtype, buffer=mapped)
+
+
+class ReadLater(Sequence[_T]):
+    """Things of which each is read when it is looked at."""
+
+    def __init__(self, count: int, read: Callable[[int], _T], *, keep: bool) -> None:
+        """Read nothing yet.
+
+        Args:
+            count: how many there are.
+            read: reads one by its index.
+            keep: what was read stays in memory; else it is read each time.
+        """
+        self._count = count
+        self._read = cache(read) if keep else read
+
+    def __len__(self) -> int:
+        return self._count
+
+    @overload
+    def __getitem__(self, index: int) -> _T: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[_T]: ...
+    def __getitem__(self, index: int | slice) -> _T | list[_T]:
+        if isinstance(index, slice):
+            return [self[k] for k in range(self._count)[index]]
+        return self._read(range(self._count)[index])
 
 
 def let_go(array: np.ndarray) -> None:

@@ -18,13 +18,13 @@ from capture_app.calibration.guide_steps import (
     as_path,
     astray,
 )
-from capture_app.calibration.mount_look import ENOUGH, HELD_OFF, look_at_points
+from capture_app.calibration.mount_look import ENOUGH, HELD_OFF, fit_of_points
 from ingest.calibration.board.board_place import BoardPlace, load_place, place_from_points
 from ingest.calibration.board.board_sheet import PAPERS, preset_for
 from ingest.calibration.board.board_spec import Board, parse_board
 from ingest.calibration.drawn_mount import MEASURED, PRINTED, numbers, rotation_in_words
 from ingest.calibration.phone_body import body_point, phone_named
-from ingest.calibration.picked_points import MAX_OFFSET, mount_from_pairs
+from ingest.calibration.picked_points import MAX_OFFSET
 from ingest.calibration.point_pairs import PointPair, load_pairs, save_pairs
 from ingest.calibration.pose_file import load_similarity
 from ingest.calibration.session_mount import load_scan
@@ -136,10 +136,7 @@ def _typed_point(prompt: Prompt, name: str, count: int) -> PointPair | Path | st
 
 
 def _check_pairs(pairs: list[PointPair], state: GuideState) -> Finding:
-    looked = look_at_points(pairs, state.model, state.object_mesh)
-    if looked.mount is None:
-        mount_from_pairs(pairs, state.model)  # says why
-    return looked.finding
+    return fit_of_points(pairs, state.model, state.object_mesh).finding
 
 
 PICKED = GuideStep(

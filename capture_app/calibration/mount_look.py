@@ -63,50 +63,71 @@ def look_at_points(pairs: Sequence[PointPair], phone: Phone, mesh: ObjectMesh | 
     Raises:
         InputError: as `body_point`.
     """
-    names, places = [pair.name for pair in pairs], np.array([pair.object for pair in pairs])
-    doubts = () if mesh is None else astray(mesh, names, places, HELD_OFF)
-    apart, is_off = _apart(pairs, phone)
+    good, apart = f"{len(pairs)} points", worst_distance(pairs, phone)
     if len(pairs) < ENOUGH:
-        told = () if is_off else apart
-        return MountLook(
-            Finding(f"{len(pairs)} points", doubts + (apart if is_off else ()), told), None
-        )
+        told = () if apart is None else (apart.words,)
+        doubts = told if apart is not None and apart.off > _APART else ()
+        return MountLook(Finding(good, _astray(pairs, mesh) + doubts, told[len(doubts) :]), None)
     try:
-        picked = mount_from_pairs(pairs, phone)
+        return fit_of_points(pairs, phone, mesh)
     except InputError as error:
-        return MountLook(Finding(f"{len(pairs)} points", (*doubts, *apart, error.what)), None)
-    fit, mount = picked.fit, picked.mount
+        told = () if apart is None else (apart.words,)
+        return MountLook(Finding(good, (*_astray(pairs, mesh), *told, error.what)), None)
+
+
+def fit_of_points(pairs: Sequence[PointPair], phone: Phone, mesh: ObjectMesh | None) -> MountLook:
+    """Return the mount that points give, and how they fit; the arguments are those of `look_at_points`.
+
+    Raises:
+        InputError: as `mount_from_pairs`.
+    """
+    fit, mount = (picked := mount_from_pairs(pairs, phone)).fit, picked.mount
     worst = int(fit.residuals.argmax())
     rms, most = 1e3 * fit.rms, 1e3 * float(fit.residuals[worst])
-    notes = (*_reach(mount, mesh), *([mount.note] if fit.flat and mount.note else []))
+    doubts, notes = _astray(pairs, mesh), _reach(mount, mesh)
     if fit.loose or not fit.kept.all() or fit.residuals[worst] > _MISFIT:
+        apart = worst_distance(pairs, phone)
         doubts += (
             f"The points fit the phone to {most:.0f} mm only; clicked with care they fit to 5 mm. Look at "
-            f"'{names[worst]}' first: is it the right corner, and is the object's size right?",
-            *(apart if is_off else ()),
+            f"'{pairs[worst].name}' first: is it the right corner, and is the object's size right?",
+            *([apart.words] if apart is not None and apart.off > _APART else []),
         )
     if len(pairs) == ENOUGH:
         notes += ("Three points fit nearly always: a fourth would show a mistake.",)
+    if mount.note:
+        notes += (mount.note,)
     good = f"{len(pairs)} points, which fit the phone within {rms:.1f} mm (worst {most:.1f})"
     return MountLook(Finding(good, doubts, notes), mount)
 
 
-def _apart(pairs: Sequence[PointPair], phone: Phone) -> tuple[tuple[str, ...], bool]:
-    """The two points whose distance differs most from that on the phone, and whether it is far off."""
-    named = [pair for pair in pairs if isinstance(pair.phone, str)]
-    found: list[tuple[float, str]] = []
-    for a, b in combinations(named, 2):
+def _astray(pairs: Sequence[PointPair], mesh: ObjectMesh | None) -> tuple[str, ...]:
+    """A doubt about the point that is farthest from the object, if that is far."""
+    if mesh is None:
+        return ()
+    places = np.array([pair.object for pair in pairs])
+    return astray(mesh, [pair.name for pair in pairs], places, HELD_OFF)
+
+
+class Distance(NamedTuple):
+    """How far apart two points are on the object and on the phone."""
+
+    off: float
+    """Difference of the two, metres."""
+    words: str
+
+
+def worst_distance(pairs: Sequence[PointPair], phone: Phone) -> Distance | None:
+    """Return the two named points whose distance differs most from that on the phone; None of fewer."""
+    found: list[Distance] = []
+    for a, b in combinations([pair for pair in pairs if isinstance(pair.phone, str)], 2):
         here = float(np.linalg.norm(np.subtract(a.object, b.object)))
         there = float(np.linalg.norm(body_point(phone, a.name) - body_point(phone, b.name)))
         words = (
             f"'{a.name}' and '{b.name}' are {100 * here:.1f} cm apart here, {100 * there:.1f} cm on "
             f"the {phone.name}."
         )
-        found.append((abs(here - there), words))
-    if not found:
-        return (), False
-    off, words = max(found)
-    return (words,), off > _APART
+        found.append(Distance(abs(here - there), words))
+    return max(found, default=None)
 
 
 def _reach(mount: Mount, mesh: ObjectMesh | None) -> tuple[str, ...]:

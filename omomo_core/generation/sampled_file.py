@@ -6,7 +6,6 @@ It is written and read chunk by chunk, so memory holds one chunk of a take of an
 from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import overload
 
 import numpy as np
 import torch
@@ -20,6 +19,7 @@ from omomo_core.generation.generation_options import SolvedPrefix
 from omomo_core.generation.object_clip import ObjectModel
 from omomo_core.generation.sample_chunks import Chunk, SampledChunk
 from omomo_core.generation.sampled_take import SampledTake
+from omomo_core.long_arrays import ReadLater
 from omomo_core.motion import HandMotion, ObjectMesh
 from omomo_core.whole_file import whole_file
 
@@ -51,7 +51,7 @@ def save_sampled(
                 "chunks": np.array(bounds),
             }
         )
-    return SampledTake(_StoredChunks(path, bounds, model), model, body, path.parent)
+    return SampledTake(_read_later(path, bounds, model), model, body, path.parent)
 
 
 def load_sampled(path: Path, body: BodyModel) -> SampledTake:
@@ -69,31 +69,25 @@ def load_sampled(path: Path, body: BodyModel) -> SampledTake:
         data = read_arrays(path, lambda name: name in _OF_THE_TAKE)
         mesh = ObjectMesh(data["vertices"], data["faces"], str(data["object_name"]))
         model = ObjectModel(mesh, *data["size"].tolist())
-        return SampledTake(_StoredChunks(path, data["chunks"].tolist(), model), model, body)
+        bounds = data["chunks"].tolist()
+        return SampledTake(_read_later(path, bounds, model), model, body)
 
 
-class _StoredChunks(Sequence[SampledChunk]):
-    """The chunks of a file, each read when it is looked at."""
+def _read_later(
+    path: Path, bounds: Sequence[Sequence[int]], model: ObjectModel
+) -> ReadLater[SampledChunk]:
+    """The chunks of a file."""
+    return ReadLater(len(bounds), partial(_stored_chunk, path, bounds, model), keep=False)
 
-    def __init__(self, path: Path, bounds: Sequence[Sequence[int]], model: ObjectModel) -> None:
-        self._path, self._bounds, self._model = path, bounds, model
 
-    def __len__(self) -> int:
-        return len(self._bounds)
-
-    @overload
-    def __getitem__(self, index: int) -> SampledChunk: ...
-    @overload
-    def __getitem__(self, index: slice) -> list[SampledChunk]: ...
-    def __getitem__(self, index: int | slice) -> SampledChunk | list[SampledChunk]:
-        if isinstance(index, slice):
-            return [self[k] for k in range(len(self))[index]]
-        n = range(len(self))[index]
-        own = f"_{n}"
-        with reading(partial(_damaged, self._path), words=in_words):
-            data = read_arrays(self._path, lambda name: name.endswith(own))
-            named = {name.removesuffix(own): array for name, array in data.items()}
-            return _chunk(self._bounds[n], named, self._model)
+def _stored_chunk(
+    path: Path, bounds: Sequence[Sequence[int]], model: ObjectModel, n: int
+) -> SampledChunk:
+    own = f"_{n}"
+    with reading(partial(_damaged, path), words=in_words):
+        data = read_arrays(path, lambda name: name.endswith(own))
+        named = {name.removesuffix(own): array for name, array in data.items()}
+        return _chunk(bounds[n], named, model)
 
 
 def _damaged(path: Path, why: str) -> InputError:
