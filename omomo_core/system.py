@@ -44,7 +44,7 @@ def free_memory() -> int | None:
 
 
 def give_back_memory() -> None:
-    """Give memory that is free, but kept for what comes, back to the system; nothing where glibc is not."""
+    """Give memory that is free, but kept for what comes, back to the system; does nothing without glibc."""
     trim = getattr(_c_library(), "malloc_trim", None)
     if trim is not None:
         trim(0)

@@ -14,7 +14,7 @@ import { freshKey } from "./order_form.js";
 const KEPT = "These are your corrections of last time. Nothing is solved again yet.";
 const HELP =
   "Drag a contact on the timeline or its ends; with the keyboard: Tab to it, " +
-  "Enter, arrows. “Add” puts one at the playhead. Ctrl-Z takes back, Ctrl-Y makes again.";
+  "Enter, arrows. “Add” puts one at the playhead. Ctrl-Z undoes, Ctrl-Y redoes.";
 
 /** Buttons under the stage of a result. @param {Result} item @param {Stage} stage */
 export function contactEditor(item, stage) {
