@@ -131,7 +131,7 @@ def worst_distance(pairs: Sequence[PointPair], phone: Phone) -> Distance | None:
 
 
 def _reach(mount: Mount, mesh: ObjectMesh | None) -> tuple[str, ...]:
-    """A sentence on how far off both ends of the object may be: errors of direction grow with the distance."""
+    """A sentence on how far off both ends of the object may be: errors of direction grow with distance."""
     if mount.covariance is None or mesh is None:
         return ()
     R, t = mount.T_phone_object[:3, :3], mount.T_phone_object[:3, 3]
