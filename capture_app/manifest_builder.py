@@ -16,7 +16,7 @@ from capture_app.manifest import (
     sha256,
 )
 from capture_app.motion_faults import cause_of_leaps, held_grips, unsatisfied
-from capture_app.prepare import PreparedTake, start_position_note
+from capture_app.prepare import PreparedTake
 from capture_app.result import Result
 from ingest.trajectory.trajectory_config import TRAJECTORY, TrajectoryConfig
 from omomo_core.body.body_config import BODY, BodyConfig
@@ -86,7 +86,7 @@ def run_manifest(
         notes=(
             *prepared.take.notes,
             *_segment_note(prepared.segment),
-            *start_position_note(prepared.stood, sample.person.human),
+            *prepared.person.notes(sample.person.human, prepared.motion),
         ),
         faults=(
             *sample.notes,

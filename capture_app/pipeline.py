@@ -25,7 +25,6 @@ from ingest.mesh_files.file_parts import decoding
 from ingest.scan.clean_mesh import INVENTED
 from omomo_core.body.model import BodyModel
 from omomo_core.contact.segment import ContactSegment
-from omomo_core.generation.conditioning import Conditioning
 from omomo_core.generation.generator import generate
 from omomo_core.generation.person import Person
 from omomo_core.motion import ObjectMotion
@@ -158,8 +157,7 @@ class StagedRun(StagedResult[RunRequest]):
     def generate(self) -> None:
         """Generate the samples and write motion.npz."""
         take, options = self.prepared, self.request.generation
-        stood = None if take.stood is None else np.array(take.stood)
-        known = Conditioning(contacts=take.contacts, start_position=stood)
+        known = take.person.conditioning(take.contacts)
         folder = self.staging.folder
         generated = generate(
             take.motion,

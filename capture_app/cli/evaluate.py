@@ -48,6 +48,15 @@ SPREAD = {
     "leaping_share": "Leaps",
 }
 """Medians, the share of clips with the pelvis 60 cm off, onsets of contact, the steps of toes, and leaps."""
+HOLDS = {
+    "near_contact_f1": "F1 8 cm",
+    "hands_right_share": "Hands",
+    "side_right_share": "Side",
+    "backwards_share": "Backwards",
+    "first_head_cm": "Head",
+}
+"""Contact within 8 cm, the share of clips with the right number of hands and the right side, walking
+backwards, and the height of the head in the first frame."""
 BY_OBJECT = {
     "hand_jpe_cm": "HandJPE",
     "mpjpe_cm": "MPJPE",
@@ -62,6 +71,8 @@ GIVEN = {
     "predicted_palms": "nothing",
     "predicted_palms_first_frame": "pose",
     "predicted_palms_stood": "place",
+    "predicted_palms_stood_ends": "place, end",
+    "predicted_palms_stood_ends_side_hands": "place, end, side, hands",
     "baseline_opposed_palms": "(unlearned)",
 }
 
@@ -97,17 +108,18 @@ def evaluate(
 
     People are generated for each clip under several protocols: from the recorded palms or from
     predicted ones, each with and without the person's first pose, and from predicted palms with the
-    place where the person stood. K1 is the sample that the program shows; K20 is the one of 20 (of
-    --samples) with the least MPJPE, as published, beside the least HandJPE of any sample. F1 is the
-    mean over clips, as published; "F1 all" is over the frames of all clips together. Lengths are in
-    centimetres.
+    place where the person stood, the place at the end, and the side and the hands they held with. K1
+    is the sample that the program shows; K20 is the one of 20 (of --samples) with the least MPJPE, as
+    published, beside the least HandJPE of any sample. F1 is the mean over clips, as published;
+    "F1 all" is over the frames of all clips together. Lengths are in centimetres.
 
     A second table has medians, the share of clips with the pelvis more than 60 cm off, by how many
-    seconds a hand's first contact is early or late (median), and toes: their speed while low (cm/s), how
-    high they rise in a step, and the share of steps that stay under 3 cm. "Leaps" is the share of clips
-    in which some part of the body is faster than people's are. A table of the classes of objects follows
-    for each protocol; "moved" is the F1 of an answer without learning, that some hand touches exactly
-    while the object moves.
+    seconds a hand's first contact is early or late, the speed of low toes (cm/s), how high toes rise in a
+    step, the share of steps under 3 cm, and of clips with a part of the body faster than people's. A third
+    has contact within 8 cm (fingertips push), the share of clips with as many hands as people hold with
+    and with the same side (60 degrees), of frames walked backwards, and the head's height in the first
+    frame. A table of the classes of objects follows for each protocol; "moved" is the F1 of an answer
+    without learning, that some hand touches exactly while the object moves.
     """
     from capture_app.tables.table_files import figures_json
     from omomo_core.generation.generation_options import GenerationOptions
@@ -153,6 +165,7 @@ def _print(made: "Evaluation") -> None:
     _print_protocols(title, FIGURES, table, made.recorded(), best)
     table.pop(BASELINE)
     _print_protocols("Medians, onset of contact and steps", SPREAD, table, made.recorded(), best)
+    _print_protocols("How the object is held", HOLDS, table, made.recorded(), best)
     for protocol in table:
         _print_objects(made, protocol, best)
 

@@ -106,6 +106,7 @@ class OptionGroup(StrEnum):
     MAIN = "Options"
     """What most people need, and every field without a mark."""
     READING = "Reading the inputs"
+    PERSON = "What is known of the person"
     MOTION = "Making the motion"
     RESULT = "Result and video"
     MACHINES = "Queue and workers"

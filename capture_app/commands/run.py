@@ -20,11 +20,20 @@ if TYPE_CHECKING:
     from omomo_core.generation.generation_options import GenerationOptions
 
 
-def _stood(value: object, info: Any) -> object:
-    return read_place(value, place_of(info)) if isinstance(value, str) else value
+def _written(*words: str) -> BeforeValidator:
+    """Return the validator of a place that may be written as text, or be one of some words."""
+
+    def read(value: object, info: Any) -> object:
+        return read_place(value, place_of(info), words) if isinstance(value, str) else value
+
+    return BeforeValidator(read)
 
 
-Stood = Annotated[tuple[FiniteFloat, FiniteFloat] | Literal["phone"], BeforeValidator(_stood)]
+_SIDES = ("front", "back", "left", "right")
+_Place = tuple[FiniteFloat, FiniteFloat]
+Stood = Annotated[_Place | Literal["phone"], _written("phone")]
+Ends = Annotated[_Place, _written()]
+Side = Annotated[_Place | Literal["front", "back", "left", "right"], _written(*_SIDES)]
 
 Size = Annotated[
     VideoSize | None,
@@ -111,6 +120,35 @@ class TakeOptions(ReadingOptions):
             "decides if not given. Every result says where its person begins.",
         ),
     ] = None
+    ends: Annotated[
+        Ends | None,
+        OptionGroup.PERSON,
+        Field(
+            title="They ended elsewhere",
+            description="Where the person stands as the take ends, to about 30 cm: x,y on the floor of "
+            "the result's world in metres; the program decides if not given.",
+        ),
+    ] = None
+    side: Annotated[
+        Side | None,
+        OptionGroup.PERSON,
+        Field(
+            title="Side of the object",
+            description="On which side of the object the person is while they hold it: front, back, "
+            "left or right, seen in the direction in which the object goes; or x,y, the place on the "
+            "floor of the result's world where they are as it is first moved, in metres; the program "
+            "decides if not given.",
+        ),
+    ] = None
+    hands: Annotated[
+        Literal["auto", "one", "left", "right", "both"],
+        OptionGroup.PERSON,
+        Field(
+            title="Hands that hold it",
+            description="Which hands of the person hold the object: one of them, the left, the right, or "
+            "both together; auto leaves that to the program.",
+        ),
+    ] = "auto"
     force: Annotated[
         bool,
         OptionGroup.READING,

@@ -2,7 +2,8 @@
 
 import math
 import re
-from typing import Literal, get_args
+from collections.abc import Sequence
+from typing import Any, get_args
 
 from ingest.trajectory.trajectory_config import Top
 from omomo_core.errors import InputError
@@ -12,17 +13,15 @@ INTRINSICS = "Write fx,fy,cx,cy in pixels of the photos, e.g. 3050,3050,2016,151
 
 Place = tuple[float, float]
 """On the floor of a result's world, metres."""
-Stood = Place | Literal["phone"]
-"""There, or before the phone's screen."""
 
 
-def read_place(text: str | None, where: str) -> Stood | None:
-    """The two numbers of "0.8,-1.2", or the word phone; None where nothing is said.
+def read_place(text: str | None, where: str, words: Sequence[str] = ("phone",)) -> Any:
+    """The two numbers of "0.8,-1.2", or one of some words; None where nothing is said.
 
     Raises:
         InputError: "place-invalid": it is written otherwise.
     """
-    if text is None or text == "phone":
+    if text is None or text in words:
         return text
     try:
         x, y = (float(part) for part in text.split(","))
@@ -34,7 +33,8 @@ def read_place(text: str | None, where: str) -> Stood | None:
         "place-invalid",
         f"{text!r} is no place.",
         where=where,
-        fix="Write two numbers with a comma between them, e.g. 0.8,-1.2, or the word phone.",
+        fix="Write two numbers with a comma between them, e.g. 0.8,-1.2"
+        + (f", or {' or '.join(words)}." if words else "."),
     )
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -117,6 +118,15 @@ def _moved(
 
 HANDS = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
 """The four states: which of left and right hand holds."""
+HandChoice = Literal["one", "left", "right", "both"]
+"""Which hands hold the object: one of them, the left or the right one of the person, or both together."""
+_FORBIDDEN: dict[HandChoice, list[int]] = {
+    "one": [3],
+    "left": [2, 3],
+    "right": [1, 3],
+    "both": [1, 2],
+}
+"""States that such a choice leaves out."""
 
 
 @dataclass(frozen=True)
@@ -145,6 +155,7 @@ def decode(
     T_world_object: Float[np.ndarray, "frames 4 4"],
     must_hold: Bool[np.ndarray, " frames"],
     prefix: ContactPrefix = NO_PREFIX,
+    hands: HandChoice | None = None,
 ) -> tuple[ContactSegment, ...]:
     """Decide which hand holds the object when, and where.
 
@@ -155,13 +166,17 @@ def decode(
         must_hold: frames in which at least one hand holds, however unlikely.
         prefix: segments of the first frames, which stay as they are; one that goes on keeps its
             anchor.
+        hands: which hands may hold, after the prefix; None for any.
 
     Returns:
         Segments of both hands in the order in which they begin; those of one hand do not touch.
     """
     prefix = prefix.trimmed()
     palms = to_local(T_world_object, predicted.palms)
-    holding = _viterbi(_costs(predicted.contact, palms, surface, must_hold, prefix))
+    costs = _costs(predicted.contact, palms, surface, must_hold, prefix)
+    if hands is not None:
+        costs[prefix.frames :, _FORBIDDEN[hands]] = np.inf
+    holding = _viterbi(costs)
     spans: list[ContactSpan] = []
     for hand in range(2):
         free = ~must_hold | holding[:, 1 - hand]

@@ -9,11 +9,13 @@ from jaxtyping import Float
 from torch import Tensor
 
 from omomo_core.body.kinematics import forward_kinematics
+from omomo_core.contact.decode import HandChoice
 from omomo_core.contact.segment import ContactSpan
 from omomo_core.generation.generation_config import PREFIX
 from omomo_core.generation.generation_options import FeaturePrefix, Prefix, SolvedPrefix
 from omomo_core.generation.object_clip import ObjectClip
 from omomo_core.generation.person import Retargeting
+from omomo_core.generation.selection.person_constraint import PersonConstraint, SideWord
 from omomo_core.generation.selection.start_constraint import (
     StartConstraint,
     StartPose,
@@ -45,8 +47,20 @@ class Conditioning:
     """The pose of the first frame."""
     start_position: Float[np.ndarray, "2"] | None = None
     """Place where the person stands at first, about, on the floor of the world, metres."""
+    end_position: Float[np.ndarray, "2"] | None = None
+    """Place where the person stands in the last frame, about, on the floor of the world, metres."""
+    side: SideWord | Float[np.ndarray, "2"] | None = None
+    """Side of the object on which the person is while they hold it: seen along the way that it goes, or a
+    place on the floor of the world, metres, on that side of it as it is first held."""
+    held_with: HandChoice | None = None
+    """Which hands hold it; None leaves that to the networks."""
     contacts: Sequence[ContactSpan] | None = None
     """When each hand holds the object and where, in every sample."""
+
+    @property
+    def only_start_position(self) -> bool:
+        """Whether the start position is all that is known of where the person is."""
+        return self.start_position is not None and self.side is None and self.end_position is None
 
 
 UNCONDITIONED = Conditioning()
@@ -71,6 +85,28 @@ def start_constraint(
     if conditioning.start_position is None:
         return None
     return StartPosition(stands(conditioning.start_position))
+
+
+def person_constraint(
+    conditioning: Conditioning, clip: ObjectClip, *, last: bool
+) -> PersonConstraint:
+    """Return what is known of the person who holds the object, besides the start.
+
+    Args:
+        conditioning: what is given.
+        clip: the object.
+        last: the take ends with the clip.
+    """
+    side, end = conditioning.side, conditioning.end_position
+    if side is not None and not isinstance(side, str):
+        side = side - clip.take.centre[clip.first_held, :2]
+    return PersonConstraint(
+        side,
+        conditioning.held_with,
+        None
+        if end is None or not last
+        else torch.from_numpy(end * clip.scale - clip.trained.centre[-1, :2]).float(),
+    )
 
 
 def prefix_from_pose(

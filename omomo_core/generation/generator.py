@@ -68,7 +68,7 @@ def generate(
     overall = _over_chunks(progress, len(poses))
     if options.solve == "shown" and options.samples > 1:
         take = sample_take(motion, body, stages, options, overall, conditioning, sampled_file)
-        return _solved_to_show(take, progress)
+        return _solved_to_show(take, progress, shortest_way=conditioning.only_start_position)
     # Two threads must not each change how many threads BLAS has.
     with one_blas_thread():
         made = stream(
@@ -90,7 +90,11 @@ def generate(
                 person.add(part)
             must_hold.append(chunk.must_hold)
             give_back_memory()
-    return rank([person.whole() for person in people], np.concatenate(must_hold))
+    return rank(
+        [person.whole() for person in people],
+        np.concatenate(must_hold),
+        shortest_way=conditioning.only_start_position,
+    )
 
 
 def _over_chunks(progress: Progress, frames: int) -> Progress:
@@ -135,11 +139,11 @@ def sample_take(
         return SampledTake([replace(chunk, features=None) for chunk in chunks], model, body)
 
 
-def _solved_to_show(take: SampledTake, progress: Progress) -> Generation:
+def _solved_to_show(take: SampledTake, progress: Progress, *, shortest_way: bool) -> Generation:
     """Return the samples, solved in the order in which they rank as sampled, until one is good."""
     must_hold = take.must_hold
     people = [take.as_sampled(k) for k in range(take.samples)]
-    order, told = order_as_sampled(people, must_hold)
+    order, told = order_as_sampled(people, must_hold, shortest_way=shortest_way)
     scores, solved = list(told), list[int]()
     for k in order if len(take.chunks) == 1 else order[: SCORE.most_solved]:
         people[k] = take.solve(k, lambda done: progress("solve", done))
@@ -151,7 +155,8 @@ def _solved_to_show(take: SampledTake, progress: Progress) -> Generation:
     else:
         everyone = len(solved) == take.samples
         fewest = min(solved, key=lambda k: scores[k]["total"])
-        chosen = choose([p.human for p in people], scores) if everyone else fewest
+        motions = [p.human for p in people]
+        chosen = choose(motions, scores, shortest_way=shortest_way) if everyone else fewest
     return Generation(
         tuple(people),
         chosen,

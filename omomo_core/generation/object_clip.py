@@ -53,6 +53,11 @@ class ObjectClip:
         """First frame, and the one after the last, in which hands may be on the object."""
         return touchable_range(self.take, self.must_hold)
 
+    @property
+    def first_held(self) -> int:
+        """First frame in which somebody must hold the object; 0 if nobody must."""
+        return int(self.must_hold.argmax())
+
     @cached_property
     def lever(self) -> TippingLever | None:
         """The lever that holds the object up while it stands on an edge, at the trained size."""

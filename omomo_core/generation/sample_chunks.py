@@ -17,7 +17,12 @@ from omomo_core.body.trajectory_optimization.residuals import InteractionTargets
 from omomo_core.compute import torch_threads
 from omomo_core.contact.segment import ContactSegment, follow_anchors
 from omomo_core.generation.collision.approach import Held, choose_contact_faces, lead_around
-from omomo_core.generation.conditioning import Conditioning, prefix_from_pose, start_constraint
+from omomo_core.generation.conditioning import (
+    Conditioning,
+    person_constraint,
+    prefix_from_pose,
+    start_constraint,
+)
 from omomo_core.generation.decoding import SampledBodies, interaction_targets
 from omomo_core.generation.generation_config import ChunkSizes
 from omomo_core.generation.generation_options import (
@@ -271,6 +276,7 @@ class _Sampler:
             self.progress,
             prefix=None if prefix is None or begins else prefix.hands,
             start=start_constraint(conditioning, prefix, clip) if begins else None,
+            said=person_constraint(conditioning, clip, last=chunk.last),
             last=chunk.last,
             threads=self.threads,
         )
@@ -279,4 +285,4 @@ class _Sampler:
             if conditioning.contacts is None
             else shift_spans(conditioning.contacts, start, stop)
         )
-        return x, *decode_hands(x, clip, self.options, prefix, contacts)
+        return x, *decode_hands(x, clip, self.options, prefix, contacts, conditioning.held_with)

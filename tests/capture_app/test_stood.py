@@ -11,14 +11,19 @@ from hypothesis import strategies as st
 
 from capture_app.commands.run import RunRequest
 from capture_app.commands.text_values import read_place
+from capture_app.known_person import known_person
 from capture_app.manifest import Segment
 from capture_app.pipeline import run_take
-from capture_app.prepare import start_position
 from capture_app.rerun import request_of
 from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from ingest.mount import Mount
+from omomo_core.body.model import load_body
 from omomo_core.errors import InputError
+from omomo_core.generation.conditioning import Conditioning
+from omomo_core.generation.generation_options import GenerationOptions
+from omomo_core.generation.generator import sample_take
 from omomo_core.motion import ObjectMesh, ObjectMotion
+from omomo_core.weights.load import load_stages
 
 
 def request(output: Path) -> RunRequest:
@@ -95,9 +100,8 @@ def _ask(
     **more: Any,
 ):
     asked = request(Path("nowhere")).model_copy(update={"stood": stood, **more})
-    return start_position(
-        asked, _table(deep), Mount(np.linalg.inv(T_world_phone), "made up"), segment
-    )
+    mount = Mount(np.linalg.inv(T_world_phone), "made up")
+    return known_person(asked, _table(deep), mount, segment).start
 
 
 @pytest.mark.parametrize(
@@ -125,7 +129,7 @@ def test_nobody_stands_in_a_wardrobe(x: float, y: float):
     mesh = ObjectMesh(np.array(box.vertices), np.array(box.faces), "wardrobe")
     asked = request(Path("nowhere")).model_copy(update={"stood": (x, y)})
     with pytest.raises(InputError) as refused:
-        start_position(asked, ObjectMotion(mesh, T, np.ones(30, bool)), Mount(np.eye(4), ""), HERE)
+        known_person(asked, ObjectMotion(mesh, T, np.ones(30, bool)), Mount(np.eye(4), ""), HERE)
     assert refused.value.code == "stood-inside"
 
 
@@ -172,3 +176,84 @@ def test_a_phone_that_tells_no_side_is_refused(changed: dict[str, Any], code: st
     with pytest.raises(InputError) as refused:
         _ask("phone", **changed)
     assert refused.value.code == code
+
+
+def _pushed(way: float = 1.0, lift: float = 0.0) -> ObjectMotion:
+    """A box of half a metre that rests for a second, goes along x, and rests again."""
+    box = trimesh.creation.box((0.5, 0.5, 0.5))
+    T = np.tile(np.eye(4), (120, 1, 1))
+    T[:, 2, 3] = 0.25 + lift * np.interp(np.arange(120), [30, 45, 75, 90], [0, 1, 1, 0])
+    T[:, 0, 3] = np.interp(np.arange(120), [30, 90], [0.0, way])
+    return ObjectMotion(
+        ObjectMesh(np.array(box.vertices), np.array(box.faces), "box"), T, np.ones(120, bool)
+    )
+
+
+@pytest.mark.parametrize(
+    ("changed", "way", "code"),
+    [
+        ({"ends": (9.0, 0.0)}, 1.0, "ends-far"),
+        ({"ends": (1.0, 0.1)}, 1.0, "ends-inside"),
+        ({"side": (0.1, 0.0)}, 1.0, "side-inside"),
+        ({"side": (-5.0, 0.0)}, 1.0, "side-far"),
+        ({"side": "back"}, 0.05, "side-no-way"),
+        ({"hands": "left", "contacts": Path("contacts.json")}, 1.0, "hands-unused"),
+        ({"hands": "both", "contact": "paper"}, 1.0, "hands-unused"),
+        ({"side": "back", "configuration": "paper"}, 1.0, "side-unused"),
+        ({"ends": (2.0, 0.0), "configuration": "paper"}, 1.0, "ends-unused"),
+    ],
+)
+def test_what_nobody_can_do_is_refused(changed: dict[str, Any], way: float, code: str):
+    asked = request(Path("nowhere")).model_copy(update=changed)
+    with pytest.raises(InputError) as refused:
+        known_person(asked, _pushed(way), Mount(np.eye(4), ""), HERE)
+    assert refused.value.code == code
+
+
+@pytest.mark.parametrize(
+    ("side", "place"), [("back", (-0.7, 0.0)), ((0.0, -0.8), (0.0, -0.7)), ("left", (0.0, 0.7))]
+)
+def test_the_person_holds_from_the_side_that_is_said(side: Any, place: tuple[float, float]):
+    """Whatever the network would choose; with the weights that ship."""
+    motion = _pushed(lift=0.6)
+    person = known_person(
+        request(Path("nowhere")).model_copy(update={"side": side}),
+        motion,
+        Mount(np.eye(4), ""),
+        HERE,
+    )
+    known = person.conditioning(None)
+    take = sample_take(
+        motion, load_body(), load_stages("capture"), GenerationOptions(2), conditioning=known
+    )
+    for k in range(2):
+        human = take.as_sampled(k).human
+        off = human.root[30:90, :2] - motion.T_world_object[30:90, :2, 3]
+        between = np.degrees(np.angle((off @ [1, 1j]).mean() * np.conj(complex(*place))))
+        assert abs(between) < 60
+        assert not list(person.notes(human, motion))
+
+
+@pytest.mark.parametrize(
+    ("hands", "used"),
+    [("left", {(True, False)}), ("right", {(False, True)}), ("both", {(True, True)})],
+)
+def test_the_hands_that_are_said_hold_it(hands: str, used: set[tuple[bool, bool]]):
+    motion = _pushed()
+    known = Conditioning(held_with=hands)  # pyright: ignore[reportArgumentType]
+    take = sample_take(
+        motion, load_body(), load_stages("capture"), GenerationOptions(3), conditioning=known
+    )
+    held = [take.as_sampled(k).human.hand_contact.max(axis=0) > 0.5 for k in range(3)]
+    assert {tuple(map(bool, h)) for h in held} == used
+
+
+def test_the_person_ends_where_they_are_said_to():
+    motion = _pushed()
+    end = np.array([1.0, -0.8])
+    known = Conditioning(end_position=end)
+    take = sample_take(
+        motion, load_body(), load_stages("capture"), GenerationOptions(2), conditioning=known
+    )
+    for k in range(2):
+        assert np.linalg.norm(take.as_sampled(k).human.root[-1, :2] - end) < 0.4

@@ -97,7 +97,7 @@ def test_a_file_that_was_begun_otherwise_is_refused(tmp_path: Path):
         with pytest.raises(InputError, match=named) as caught:
             run(kept, **changes)
         assert caught.value.code == "answers-differ"
-    for text in ('{"measures": 1, "seed": 0}\n{"no": "answer"}\n', "no JSON\n"):
+    for text in ('{"measures": 2, "seed": 0}\n{"no": "answer"}\n', "no JSON\n"):
         kept.write_text(text)
         with pytest.raises(InputError, match="answers-damaged"):
             run(kept)

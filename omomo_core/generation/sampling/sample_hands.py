@@ -9,7 +9,7 @@ import torch
 from jaxtyping import Bool, Float
 from torch import Tensor
 
-from omomo_core.contact.decode import NO_PREFIX, ContactPrefix, decode
+from omomo_core.contact.decode import NO_PREFIX, ContactPrefix, HandChoice, decode
 from omomo_core.contact.segment import ContactSegment, ContactSpan, anchor_spans, follow_anchors
 from omomo_core.generation.decoding import despike
 from omomo_core.generation.generation_options import (
@@ -21,7 +21,9 @@ from omomo_core.generation.generation_options import (
 )
 from omomo_core.generation.object_clip import ObjectClip
 from omomo_core.generation.sampling.sample_body import WindowConditions, sample_take
+from omomo_core.generation.selection.person_constraint import UNKNOWN_PERSON, PersonConstraint
 from omomo_core.generation.selection.plausibility import (
+    Hypotheses,
     Samples,
     hypothesis_count,
     order_by_side,
@@ -48,6 +50,7 @@ def sample_hands(
     progress: Progress,
     prefix: FeaturePrefix | None,
     start: StartConstraint | None,
+    said: PersonConstraint = UNKNOWN_PERSON,
     *,
     last: bool = True,
     threads: int = 1,
@@ -66,14 +69,15 @@ def sample_hands(
         progress: called with "hands" and the fraction done.
         prefix: features of the first frames, where the take goes on.
         start: what is known of a take's first frame.
+        said: what else is known of the person.
         last: the take ends with the clip.
         threads: that go through the network.
     """
-
     begun = _holds_at_start(prefix, start)
 
     def impose(x: Samples) -> Samples:
-        fixed = x if prefix is None else prefix.impose(x)
+        chosen = said.impose_hands(x, None if prefix is None else prefix.values)
+        fixed = chosen if prefix is None else prefix.impose(chosen)
         return release_resting_object(fixed, clip, begun, last=last)
 
     def draw(samples: int) -> Samples:
@@ -90,12 +94,28 @@ def sample_hands(
         )
 
     samples = options.samples
-    if prefix is not None or (start is None and options.sampler == "ddpm"):
-        return draw(samples)
-    many = draw(hypothesis_count(samples))
+    known = start is not None or said.placed
+    if prefix is not None or (not known and options.sampler == "ddpm"):
+        return said.impose_end(draw(samples))
+    return _selected(
+        draw(hypothesis_count(samples, placed=said.placed)), clip, samples, start, said
+    )
+
+
+def _selected(
+    hypotheses: Hypotheses,
+    clip: ObjectClip,
+    samples: int,
+    start: StartConstraint | None,
+    said: PersonConstraint,
+) -> Samples:
+    """Return the samples that are kept of all hypotheses; neighbours hold from the same side."""
+    many = said.fitting(hypotheses, clip, samples)
     if start is None:
-        return order_by_side(select_by_coverage(many, clip, samples))
-    return order_by_side(select_by_start(many, start, clip, samples))
+        kept = select_by_coverage(many, clip, samples, placed=said.placed)
+    else:
+        kept = select_by_start(many, start, clip, samples, placed=said.placed)
+    return order_by_side(said.impose_end(kept))
 
 
 def release_resting_object(
@@ -153,6 +173,7 @@ def decode_hands(
     options: GenerationOptions,
     prefix: Prefix | None,
     contacts: Sequence[ContactSpan] | None = None,
+    held_with: HandChoice | None = None,
 ) -> tuple[list[HandMotion], list[tuple[ContactSegment, ...]]]:
     """Return palms (world, metres) and contact weights of each sample, and its contact segments.
 
@@ -162,6 +183,7 @@ def decode_hands(
         options: which contact rule.
         prefix: the first frames, where they are fixed.
         contacts: what each hand holds, if that is given; in frames of the clip.
+        held_with: which hands hold it, if that is given.
     """
     centre = torch.from_numpy(clip.trained.centre).float().expand(len(features), -1, 3)
     palms, contact = hand_stage.unpack(features, centre)
@@ -177,7 +199,7 @@ def decode_hands(
             given = (
                 ContactPrefix(prefix.frames, prefix.segments[k]) if prefix.segments else NO_PREFIX
             )
-        hand, segments = _follow_contacts(sampled, clip, options, given, contacts)
+        hand, segments = _follow_contacts(sampled, clip, options, given, contacts, held_with)
         hands.append(hand)
         held.append(segments)
     return hands, held
@@ -189,13 +211,14 @@ def _follow_contacts(
     options: GenerationOptions,
     given: ContactPrefix,
     contacts: Sequence[ContactSpan] | None,
+    held_with: HandChoice | None,
 ) -> tuple[HandMotion, tuple[ContactSegment, ...]]:
     motion, surface = clip.take.motion, clip.take.surface
     T = motion.T_world_object
     if contacts is None and options.contact == "paper":
         return constrain(sampled.palms, motion.mesh.vertices, T), ()
     if contacts is None:
-        segments = decode(sampled, surface, T, clip.must_hold, given)
+        segments = decode(sampled, surface, T, clip.must_hold, given, held_with)
     else:
         segments = anchor_spans([_keep_anchor(c, given) for c in contacts], sampled, surface, T)
     return follow_anchors(segments, sampled, T, surface), segments

@@ -18,7 +18,14 @@ from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 from torch import Tensor
 
 from omomo_core.generation.object_clip import ObjectClip
-from omomo_core.generation.selection.selection_config import COVERAGE, OPPOSITE_SIDE, PLAUSIBILITY
+from omomo_core.generation.selection.selection_config import (
+    COVERAGE,
+    OPPOSITE_SIDE,
+    PLAUSIBILITY,
+    SLIDING,
+    START,
+)
+from omomo_core.geometry.object_features import ObjectFeatures
 from omomo_core.geometry.transforms import to_local
 from omomo_core.stages import hands_capture as hand_stage
 from omomo_core.stages.hands_capture import LAYOUT
@@ -85,6 +92,49 @@ class PalmHolds:
         return lever.effort(self.palms[:, lever.frames], self.held[:, lever.frames])
 
 
+def standing_position(features: Float[Tensor, "*b 8"]) -> Float[Tensor, "*b 2"]:
+    """Return where a person with these palms stands on the floor, from the object's centre, metres."""
+    left, right = features[..., : 3 * LAYOUT.vectors].unflatten(-1, (2, 3))[..., :2].unbind(dim=-2)
+    across_body = left - right
+    ahead = torch.stack([across_body[..., 1], -across_body[..., 0]], dim=-1)
+    ahead = ahead / ahead.norm(dim=-1, keepdim=True).clamp(min=1e-6)
+    holds = (features[..., 3 * LAYOUT.vectors :] > 0).any(dim=-1, keepdim=True)
+    reach = torch.where(holds, START.holding_reach, START.idle_reach)
+    return (left + right) / 2 - reach * ahead
+
+
+def stands_in_front(features: Samples, clip: ObjectClip) -> Bool[np.ndarray, " samples"]:
+    """Return which samples have the person in the way of an object that slides flat over the floor.
+
+    People push such an object from behind; of 18 recorded people who move a box so, nobody walks backwards
+    before it. Of what is carried, wheeled or tilted this does not hold, and no sample is named.
+
+    Args:
+        features: palms from the object's centre in axes whose third is up, contacts.
+        clip: the object.
+    """
+    way = sliding_velocity(clip.trained)
+    moving = np.linalg.norm(way, axis=1) > SLIDING.slowest
+    if not moving.any():
+        return np.zeros(len(features), bool)
+    place = standing_position(features).double().numpy()[:, moving]
+    way = way[moving] / np.linalg.norm(way[moving], axis=1, keepdims=True)
+    place /= np.linalg.norm(place, axis=-1, keepdims=True).clip(1e-6)
+    ahead: Float[np.ndarray, "samples frames"] = np.einsum("sfx,fx->sf", place, way)
+    return (ahead > SLIDING.ahead).mean(axis=1) > SLIDING.share
+
+
+def sliding_velocity(take: ObjectFeatures) -> Float[np.ndarray, "frames 2"]:
+    """Return the horizontal velocity (m/s) of an object that slides flat over the floor; else zeros.
+
+    An object slides flat where it stays on the floor, and as upright as in the first frame, all the time.
+    """
+    up = take.motion.T_world_object[:, 2, :3]
+    tilt = np.degrees(np.arccos(np.clip(up @ up[0], -1, 1)))
+    flat = bool(tilt.max() < SLIDING.tilt and take.lowest.max() < SLIDING.lift)
+    return take.velocity[:, :2] * flat
+
+
 _HALF_TURN = torch.tensor([-1.0, -1.0, 1.0]).repeat(2)
 
 
@@ -116,6 +166,7 @@ def add_opposite_side(features: Samples, clip: ObjectClip) -> Samples:
     possible = there.as_good_as(here)
     if clip.lever is not None:
         possible &= ~(here.effort < OPPOSITE_SIDE.lighter * there.effort)
+    possible &= ~stands_in_front(away, clip)
     changed = np.flatnonzero(possible)[: len(features) // OPPOSITE_SIDE.one_in]
     return torch.cat([features[: len(features) - len(changed)], away[changed]])
 
@@ -127,7 +178,19 @@ def half_turn(features: Samples) -> Samples:
     return away
 
 
-def select_by_coverage(features: Hypotheses, clip: ObjectClip, samples: int) -> Samples:
+def turned(features: Samples, degrees: Float[np.ndarray, " samples"]) -> Samples:
+    """Return each sample turned about the vertical through the object's centre."""
+    angle = torch.from_numpy(np.radians(degrees)).to(features)[:, None, None]
+    palms = features[..., : 3 * LAYOUT.vectors].unflatten(-1, (LAYOUT.vectors, 3))
+    x, y, z = palms.unbind(dim=-1)
+    across, along = torch.cos(angle), torch.sin(angle)
+    moved = torch.stack([across * x - along * y, along * x + across * y, z], dim=-1)
+    return torch.cat([moved.flatten(-2), features[..., 3 * LAYOUT.vectors :]], dim=-1)
+
+
+def select_by_coverage(
+    features: Hypotheses, clip: ObjectClip, samples: int, *, placed: bool = False
+) -> Samples:
     """Return the samples that cover all hypotheses best (k-medoids), some of them from the opposite side.
 
     A hypothesis that would lift the heavy side of a tipped object changes sides first. Implausible
@@ -137,13 +200,18 @@ def select_by_coverage(features: Hypotheses, clip: ObjectClip, samples: int) -> 
         features: of all hypotheses, in axes whose third is up.
         clip: the object.
         samples: how many to keep.
+        placed: it is said where the person is, and hypotheses fit that: none changes sides.
     """
-    x = move_to_lighter_side(features, clip)
-    plausible = np.flatnonzero(PalmHolds.of(x, clip).plausible)
+    x = features if placed else move_to_lighter_side(features, clip)
+    possible = PalmHolds.of(x, clip).plausible
+    if not placed:
+        possible &= ~stands_in_front(x, clip)
+    plausible = np.flatnonzero(possible)
     if len(plausible) >= samples:
         x = x[torch.from_numpy(plausible)]
     kept = torch.from_numpy(k_medoids(_palms(x), samples))
-    return add_opposite_side(kernel_mean(x)[kept], clip)
+    selected = kernel_mean(x)[kept]
+    return selected if placed else add_opposite_side(selected, clip)
 
 
 def kernel_mean(features: Samples) -> Samples:
@@ -177,9 +245,15 @@ def order_by_side(features: Samples) -> Samples:
     return features[torch.atan2(side[:, 1], side[:, 0]).argsort(stable=True)]
 
 
-def hypothesis_count(samples: int) -> int:
-    """Return how many hypotheses to sample where so many samples are kept."""
-    return max(samples, min(COVERAGE.hypotheses_per_sample * samples, COVERAGE.most_hypotheses))
+def hypothesis_count(samples: int, *, placed: bool = False) -> int:
+    """Return how many hypotheses to sample where so many samples are kept.
+
+    Args:
+        samples: how many.
+        placed: only hypotheses are kept that fit what is said of the person's place.
+    """
+    many = COVERAGE.most_hypotheses if placed else COVERAGE.hypotheses_per_sample * samples
+    return max(samples, min(many, COVERAGE.most_hypotheses))
 
 
 def k_medoids(

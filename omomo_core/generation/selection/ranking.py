@@ -105,26 +105,45 @@ def _jerk(joints: Float[np.ndarray, "frames 24 3"]) -> float:
     return float(jerk.mean() * FPS**3)
 
 
-def rank(people: Sequence[Person], must_hold: Bool[np.ndarray, " frames"]) -> Generation:
+def rank(
+    people: Sequence[Person],
+    must_hold: Bool[np.ndarray, " frames"],
+    *,
+    shortest_way: bool = False,
+) -> Generation:
     """Return the samples with their scores, the one to show, and what is wrong with it.
 
     Args:
         people: of the same take.
         must_hold: frames in which somebody must hold the object.
+        shortest_way: as `choose` takes it.
     """
     scores = tuple(score(person, must_hold) for person in people)
-    chosen = choose([person.human for person in people], scores)
+    chosen = choose([person.human for person in people], scores, shortest_way=shortest_way)
     return Generation(tuple(people), chosen, scores, notes_of(scores[chosen]))
 
 
-def choose(motions: Sequence[HumanMotion], scores: Sequence[Mapping[str, float]]) -> int:
+def choose(
+    motions: Sequence[HumanMotion],
+    scores: Sequence[Mapping[str, float]],
+    *,
+    shortest_way: bool = False,
+) -> int:
     """Return the index of the sample with the lowest sum of two ranks: of its faults and of its distance.
 
     The sample with the fewest faults is often an outlier, and the most central one may skate. A sample that
     leaps is shown only where all do, and none whose body is much deeper in the object than another's.
+
+    Args:
+        motions: of the same take.
+        scores: their faults.
+        shortest_way: the length of the pelvis' way is a third rank. Where only the start position is known,
+            samples that walk round the object are often wrong about its side.
     """
     central = _ranks(distance_to_others([human.joints for human in motions]).round(6))
     faults = _ranks(np.array([s["total"] for s in scores]))
+    if shortest_way:
+        faults = faults + _ranks(np.array([_way(human.joints) for human in motions]))
     leaps, inside = (np.array([s[k] for s in scores]) for k in ("leaping", "inside_cm"))
     shown = (leaps == 0) | (leaps > 0).all()
     shown &= inside <= inside[shown].min() + 100 * SCORE.extra_depth
@@ -132,7 +151,10 @@ def choose(motions: Sequence[HumanMotion], scores: Sequence[Mapping[str, float]]
 
 
 def order_as_sampled(
-    people: Sequence[Person], must_hold: Bool[np.ndarray, " frames"]
+    people: Sequence[Person],
+    must_hold: Bool[np.ndarray, " frames"],
+    *,
+    shortest_way: bool = False,
 ) -> tuple[list[int], tuple[dict[str, float], ...]]:
     """Return in which order people who are not solved are worth solving, and their scores.
 
@@ -142,12 +164,16 @@ def order_as_sampled(
     Args:
         people: as sampled, of the same take.
         must_hold: frames in which somebody must hold the object.
+        shortest_way: as `choose` takes it.
     """
     scores = tuple(score(person, must_hold) for person in people)
     joints = [p.human.joints for p in people]
     central = _ranks(distance_to_others(joints, SCORE.stride).round(6))
     faults = np.array([sum(_WEIGHTS[name] * s[name] for name in _LASTING) for s in scores])
-    order = np.argsort(central + _ranks(faults), kind="stable")
+    ranks = central + _ranks(faults)
+    if shortest_way:
+        ranks = ranks + _ranks(np.array([_way(own) for own in joints]))
+    order = np.argsort(ranks, kind="stable")
     return order.tolist(), scores
 
 
@@ -155,6 +181,12 @@ def is_good(scores: Mapping[str, float]) -> bool:
     """Return whether a solved sample may be shown without a look at others: no leap, not deep, few faults."""
     deep = scores["inside_cm"] > 100 * SCORE.extra_depth
     return scores["leaping"] == 0 and not deep and scores["total"] <= SCORE.most_faults
+
+
+def _way(joints: Float[np.ndarray, "frames 24 3"]) -> float:
+    """Return how far the pelvis travels over the floor, metres."""
+    place = in_blocks(lambda some: some[:, 0, :2], joints)
+    return float(np.linalg.norm(np.diff(place, axis=0), axis=1).sum())
 
 
 def _ranks(values: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"]:

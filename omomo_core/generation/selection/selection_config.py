@@ -47,6 +47,25 @@ class PlausibilityConfig:
 
 
 @dataclass(frozen=True)
+class SlidingConfig:
+    """Who stands in front of an object that slides flat over the floor, where nobody who pushes it can be."""
+
+    tilt: float = setting(4.0, "deg", "Tilt from the first frame below which an object stays flat.")
+    lift: float = setting(
+        0.05, "m", "Height of its lowest point below which an object stays on the floor."
+    )
+    slowest: float = setting(0.1, "m/s", "Speed of its centre from which an object slides.")
+    ahead: float = setting(
+        0.2,
+        "share",
+        "Cosine between the object's way and the direction to the person above which they are in front.",
+    )
+    share: float = setting(
+        0.4, "share", "Share of the frames that it slides in which a person in front is in the way."
+    )
+
+
+@dataclass(frozen=True)
 class OppositeSideConfig:
     """Samples in which the person stands on the opposite side of the object."""
 
@@ -92,6 +111,24 @@ class StartConfig:
     )
     idle_reach: float = setting(
         0.1, "m", "Distance from the pelvis forward to the middle of palms that do not hold."
+    )
+
+
+@dataclass(frozen=True)
+class SaidConfig:
+    """Which hypotheses fit what is said of the person."""
+
+    side_tolerance: float = setting(
+        45.0, "deg", "Angle from the side that is said up to which a hypothesis is on that side."
+    )
+    end_tolerance: float = setting(
+        0.4, "m", "Distance from the end position up to which a hypothesis ends there."
+    )
+    implausible: float = setting(
+        2.0, "cost", "Added to the misfit of a hypothesis that is implausible; up to 1 it fits."
+    )
+    left_one_in: int = setting(
+        4, "count", "One of so many samples that hold with one hand takes the left: as people do."
     )
 
 
@@ -182,8 +219,10 @@ class SpeedLimits:
 
 COVERAGE = CoverageConfig()
 PLAUSIBILITY = PlausibilityConfig()
+SLIDING = SlidingConfig()
 OPPOSITE_SIDE = OppositeSideConfig()
 START = StartConfig()
+SAID = SaidConfig()
 SCORE_WEIGHTS = ScoreWeights()
 SCORE = ScoreConfig()
 HUMAN_LIMITS = SpeedLimits()
@@ -196,8 +235,10 @@ class SelectionConfig:
 
     coverage: CoverageConfig = COVERAGE
     plausibility: PlausibilityConfig = PLAUSIBILITY
+    sliding: SlidingConfig = SLIDING
     opposite_side: OppositeSideConfig = OPPOSITE_SIDE
     start: StartConfig = START
+    said: SaidConfig = SAID
     score_weights: ScoreWeights = SCORE_WEIGHTS
     score: ScoreConfig = SCORE
     speed_limits: SpeedLimits = HUMAN_LIMITS

@@ -19,6 +19,8 @@ from omomo_core.generation.selection.plausibility import (
     Samples,
     k_medoids,
     kernel_mean,
+    standing_position,
+    stands_in_front,
 )
 from omomo_core.generation.selection.selection_config import START
 from omomo_core.motion import FPS
@@ -82,7 +84,12 @@ StartConstraint = StartPose | StartPosition
 
 
 def select_by_start(
-    features: Hypotheses, start: StartConstraint, clip: ObjectClip, samples: int
+    features: Hypotheses,
+    start: StartConstraint,
+    clip: ObjectClip,
+    samples: int,
+    *,
+    placed: bool = False,
 ) -> Samples:
     """Return samples that begin at the known start and cover all hypotheses best (k-medoids).
 
@@ -97,9 +104,12 @@ def select_by_start(
         start: what is known of the first frame.
         clip: the object.
         samples: how many to keep.
+        placed: it is said where the person is later, too, and hypotheses fit that.
     """
     hypotheses = kernel_mean(features)
     possible = torch.from_numpy(PalmHolds.of(hypotheses, clip).plausible)
+    if not placed:
+        possible &= ~torch.from_numpy(stands_in_front(hypotheses, clip))
     possible &= ~_too_far_to_walk(hypotheses, start.position)
     if isinstance(start, StartPose):
         possible &= start.in_reach(hypotheses)
@@ -152,16 +162,6 @@ def _frames_until_contact(features: Float[Tensor, "*b frames 8"]) -> Int[Tensor,
 def _blend(features: Float[Tensor, "*b frames 8"]) -> Int[Tensor, "*b 2"]:
     """Return the frames over which each hand's palms are blended from the start to the hypothesis."""
     return _frames_until_contact(features).clamp(START.shortest_blend, START.longest_blend)
-
-
-def standing_position(first: First) -> Float[Tensor, "*b 2"]:
-    """Return where a person with these palms stands on the floor, from the object's centre, metres."""
-    left, right = _palms(first)[..., :2].unbind(dim=-2)
-    across_body = left - right
-    ahead = torch.stack([across_body[..., 1], -across_body[..., 0]], dim=-1)
-    ahead = ahead / ahead.norm(dim=-1, keepdim=True).clamp(min=1e-6)
-    holds = (first[..., _PLACES:] > 0).any(dim=-1, keepdim=True)
-    return (left + right) / 2 - torch.where(holds, START.holding_reach, START.idle_reach) * ahead
 
 
 def _palms(features: Float[Tensor, "*b 8"]) -> Float[Tensor, "*b 2 3"]:

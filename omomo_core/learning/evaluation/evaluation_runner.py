@@ -22,7 +22,7 @@ from omomo_core.learning.evaluation.real_clips import RealClip
 from omomo_core.learning.evaluation.truth import MeasuredSamples, Truth
 from omomo_core.stages.network_file import Header, digest_of
 
-MEASURES = 1
+MEASURES = 2
 """Raised whenever the same people would be measured otherwise."""
 
 

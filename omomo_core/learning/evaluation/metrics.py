@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float
 
 from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
+from omomo_core.skeleton import joint
 
 Joints = Float[np.ndarray, "frames 24 3"]
 Touch = Bool[np.ndarray, "frames 2"]
@@ -18,6 +19,8 @@ ANKLE_LOW, TOE_LOW = 0.08, 0.04
 """Metres above the floor under which ankles and toes should not slide."""
 SWING_SPEED, SWING_WAY = 0.5, 0.1
 """Metres per second, and metres, from which a toe that travels is in the swing of a step."""
+BACKWARDS = 0.15
+"""Metres per second from which a pelvis goes backwards."""
 SKIMMING = 0.03
 """Metres: a swing that stays lower skims the floor."""
 
@@ -84,6 +87,18 @@ def onset_errors(found: Touch, true: Touch) -> dict[str, float]:
         f"{side}_onset_error_s": abs(int(f.argmax()) - int(t.argmax())) / FPS
         for side, f, t in zip(("left", "right"), found.T, true.T, strict=True)
         if f.any() and t.any()
+    }
+
+
+def walking_measures(joints: Joints) -> dict[str, float]:
+    """Share of the frames in which the pelvis goes backwards, and the head's height in the first, cm."""
+    across = joints[1:, 1, :2] - joints[1:, 2, :2]
+    ahead = np.stack([across[:, 1], -across[:, 0]], axis=-1)
+    ahead /= np.linalg.norm(ahead, axis=1, keepdims=True).clip(1e-6)
+    speed = FPS * np.einsum("fx,fx->f", np.diff(joints[:, 0, :2], axis=0), ahead)
+    return {
+        "backwards_share": float((speed < -BACKWARDS).mean()) if len(speed) else 0.0,
+        "first_head_cm": 100 * float(joints[0, joint("head"), 2]),
     }
 
 

@@ -1,7 +1,7 @@
 """The questions a generator is asked about a clip, and an answer without learning beside it.
 
 Palms given or guessed, each with and without the person's pose in the first frame; guessed, also with the
-place on which the person stood at first.
+place on which the person stood at first, the place at the end, and the side and hands they hold with.
 """
 
 from typing import Literal
@@ -22,6 +22,7 @@ from omomo_core.learning.evaluation.metrics import (
     contact_scores,
     foot_measures,
     swing_measures,
+    walking_measures,
 )
 from omomo_core.learning.evaluation.truth import MeasuredSamples, Truth, recorded_person
 from omomo_core.motion import FPS, HandMotion
@@ -64,6 +65,8 @@ PROTOCOLS = (
     "predicted_palms",
     "predicted_palms_first_frame",
     "predicted_palms_stood",
+    "predicted_palms_stood_ends",
+    "predicted_palms_stood_ends_side_hands",
 )
 FIRST_FRAME = "_first_frame"
 """End of the names of protocols that give the person's first pose."""
@@ -105,7 +108,10 @@ def ask(
     known = Conditioning(
         hands=palms if task.method == "gt_palms" else None,
         start_pose=Pose(clip.root[0], clip.rotations[0]) if task.first_frame else None,
-        start_position=clip.root[0, :2] if task.method == "predicted_palms_stood" else None,
+        start_position=clip.root[0, :2] if "_stood" in task.method else None,
+        end_position=clip.root[-1, :2] if "_ends" in task.method else None,
+        side=clip.root[truth.must_hold.argmax(), :2] if "_side" in task.method else None,
+        held_with=truth.hands if "_hands" in task.method else None,
     )
     theirs = body or clip.body
     people = generate(clip.motion, theirs, stages, options, conditioning=known)
@@ -123,6 +129,7 @@ def _own_values(truth: Truth) -> Row:
     return {
         **foot_measures(clip.joints),
         **swing_measures(clip.joints),
+        **walking_measures(clip.joints),
         **truth.touching.penetration(recorded_person(clip, clip.body), clip.body),
         **truth.touching.collisions(truth.vertices),
         "contact_share": float(held.any(axis=1).mean()),

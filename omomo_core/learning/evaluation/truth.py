@@ -11,6 +11,7 @@ from scipy.spatial import KDTree
 
 from omomo_core.body.kinematics import forward_kinematics, full_kinematics, skin
 from omomo_core.body.model import BodyModel
+from omomo_core.contact.decode import HandChoice
 from omomo_core.contact.static_stability import must_be_held
 from omomo_core.generation.selection.speed_limits import speed_excess
 from omomo_core.geometry.distance_field import DistanceField, distance_field
@@ -27,12 +28,19 @@ from omomo_core.learning.evaluation.metrics import (
     root_orientation_errors,
     swing_measures,
     vertex_error,
+    walking_measures,
 )
 from omomo_core.learning.evaluation.real_clips import RealClip
 from omomo_core.motion import HumanMotion, ObjectMotion
 
 TOUCH = 0.05
 """Metres from palm joint to the object that count as touching, as in the paper's evaluation."""
+NEAR = 0.08
+"""Metres within which fingertips touch that push: a palm joint is 5 to 6 cm off then."""
+USED = 0.3
+"""Share of the frames in which the object must be held from which a hand holds it."""
+SAME_SIDE = 60.0
+"""Degrees about the object's centre within which two people hold it from the same side."""
 DEEP = 0.04
 """Metres inside the object that count as a collision."""
 EVERY, EVERY_OF_HANDS = 17, 7
@@ -63,9 +71,11 @@ class Touching:
         """What depths are measured against: the generator's own measure."""
         return distance_field(self.motion.mesh)
 
-    def palms(self, palms: Float[np.ndarray, "frames 2 3"]) -> Bool[np.ndarray, "frames 2"]:
+    def palms(
+        self, palms: Float[np.ndarray, "frames 2 3"], within: float = TOUCH
+    ) -> Bool[np.ndarray, "frames 2"]:
         """Which palms touch, world, metres."""
-        return np.asarray(self.tree.query(to_local(self.motion.T_world_object, palms))[0] < TOUCH)
+        return np.asarray(self.tree.query(to_local(self.motion.T_world_object, palms))[0] < within)
 
     def at_vertices(self, palms: Float[np.ndarray, "frames 2 3"]) -> Bool[np.ndarray, "frames 2"]:
         """Which palms touch as published: near a vertex, however far apart the vertices are."""
@@ -167,6 +177,21 @@ class Truth:
         return must_be_held(object_features(self.clip.motion))
 
     @cached_property
+    def used(self) -> Bool[np.ndarray, "2"]:
+        """Which hands of the recorded person hold the object."""
+        return self._used(self.near)
+
+    @property
+    def hands(self) -> HandChoice:
+        """The same as it is said to the generator."""
+        return "both" if self.used[0] == self.used[1] else "left" if self.used[0] else "right"
+
+    @cached_property
+    def near(self) -> Bool[np.ndarray, "frames 2"]:
+        """Which recorded hands touch with their fingertips at least."""
+        return self.touching.palms(self.clip.joints[:, 22:], NEAR)
+
+    @cached_property
     def vertices(self) -> Float[np.ndarray, "frames verts 3"]:
         """The recorded person's skin, world, metres."""
         return skin_of(recorded_person(self.clip, self.clip.body), self.clip.body)
@@ -193,6 +218,7 @@ class Truth:
         ``published_contact_...`` measure from palms to the object's vertices, as published.
         """
         found, true = self._held(human.joints), self.held
+        near = self.touching.palms(human.joints[:, 22:], NEAR)
         published = contact_scores(found[1], true[1])
         return {
             **joint_errors(human.joints, self.clip.joints),
@@ -202,8 +228,25 @@ class Truth:
             **onset_errors(found[0], true[0]),
             **foot_measures(human.joints),
             **swing_measures(human.joints),
+            **walking_measures(human.joints),
+            "near_contact_f1": contact_scores(near, self.near)["contact_f1"],
+            "hands_right_share": float(self._used(near).sum() == self.used.sum()),
+            "side_right_share": float(self._side_off(human.joints) < SAME_SIDE),
             "leaping_share": float(speed_excess(human) > 0),
         }
+
+    def _used(self, near: Bool[np.ndarray, "frames 2"]) -> Bool[np.ndarray, "2"]:
+        """Return which hands hold, given which are near."""
+        held = near[self.must_hold] if self.must_hold.any() else near
+        return held.mean(axis=0) > USED
+
+    def _side_off(self, joints: Float[np.ndarray, "frames 24 3"]) -> float:
+        """Return the mean angle to the recorded person about the object while it is held, degrees."""
+        centre = object_features(self.clip.motion).centre[:, :2]
+        here, there = (j[:, 0, :2] - centre for j in (joints, self.clip.joints))
+        turn = (here @ [1, 1j]) * (there @ [1, 1j]).conj()
+        held = self.must_hold if self.must_hold.any() else slice(None)
+        return float(abs(np.degrees(np.angle((turn / np.abs(turn).clip(1e-9))[held].mean()))))
 
     def of_skin(self, human: HumanMotion, body: BodyModel) -> Row:
         """MPVPE and collisions. Fingers are as at rest: the recorded person's are not known."""
