@@ -14,7 +14,7 @@ from capture_app.manifest import Segment
 from ingest.mount import Mount
 from omomo_core.contact.decode import HandChoice
 from omomo_core.contact.segment import ContactSpan
-from omomo_core.contact.static_stability import must_be_held
+from omomo_core.contact.static_stability import middle_of_hold, must_be_held
 from omomo_core.errors import InputError
 from omomo_core.generation.conditioning import Conditioning
 from omomo_core.generation.selection.person_constraint import (
@@ -22,6 +22,7 @@ from omomo_core.generation.selection.person_constraint import (
     side_off,
     straightness,
 )
+from omomo_core.generation.selection.selection_config import SAID
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.geometry.object_features import object_features
 from omomo_core.geometry.surface import sample_surface
@@ -66,7 +67,7 @@ class KnownPerson:
     end: Place | None
     """Place at which they stand as it ends, world, metres."""
     side: SideWord | Place | None
-    """Side on which they hold the object: a word, or a place as it is first moved, world, metres."""
+    """Side on which they hold the object: a word, or a place amid the time that they do, world, metres."""
     hands: HandChoice | None
 
     def conditioning(self, contacts: tuple[ContactSpan, ...] | None) -> Conditioning:
@@ -107,9 +108,9 @@ class KnownPerson:
         side = self.side
         assert side is not None
         place = human.root[:, :2] - take.centre[:, :2]
-        first = _first_held(motion)
-        said = side if isinstance(side, str) else np.array(side) - take.centre[first, :2]
-        return abs(float(side_off(place[None], said, take.velocity, first)[0]))
+        middle = _middle_of_hold(motion)
+        said = side if isinstance(side, str) else np.array(side) - take.centre[middle, :2]
+        return abs(float(side_off(place[None], said, take.velocity, middle)[0]))
 
 
 def known_person(
@@ -125,8 +126,8 @@ def known_person(
 
     Raises:
         InputError: "NAME-unused", "NAME-far" or "NAME-inside", where NAME is the field; "stood-no-phone",
-            "stood-level", "stood-hidden", "stood-later", "side-no-way", "hands-unused": nobody can have
-            been there, or it does not say where.
+            "stood-level", "stood-hidden", "stood-later", "side-middle", "side-no-way", "hands-unused":
+            nobody can have been there, or it does not say where.
     """
     said = {"stood": request.stood, "ends": request.ends, "side": request.side}
     said["hands"] = None if request.hands == "auto" else request.hands
@@ -136,7 +137,11 @@ def known_person(
     if isinstance(side, str):
         _check_way(side, motion)
     elif side is not None:
-        _check_place("side", side, motion, _first_held(motion))
+        middle = _middle_of_hold(motion)
+        _check_place("side", side, motion, middle)
+        if np.linalg.norm(side - object_features(motion).centre[middle, :2]) < SAID.nearest_side:
+            what = f"That is the middle of the object {_WHEN['side']}: no side of it."
+            raise _wrong("side", "middle", what, f"‹side› {side[0]:g},{side[1]:g}")
     if request.ends is not None:
         _check_place("ends", request.ends, motion, len(motion.valid) - 1)
     hands = None if request.hands == "auto" else request.hands
@@ -169,9 +174,8 @@ def _check_way(side: SideWord, motion: ObjectMotion) -> None:
         )
 
 
-def _first_held(motion: ObjectMotion) -> int:
-    """Return the first frame in which somebody must hold the object; 0 if nobody must."""
-    return int(must_be_held(object_features(motion)).argmax())
+def _middle_of_hold(motion: ObjectMotion) -> int:
+    return middle_of_hold(must_be_held(object_features(motion)))
 
 
 def _start_position(
@@ -200,7 +204,7 @@ def _start_position(
 _WHEN = {
     "stood": "as the take begins",
     "ends": "as the take ends",
-    "side": "as it is first moved",
+    "side": "in the middle of the time that it is held",
 }
 
 

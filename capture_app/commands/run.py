@@ -136,8 +136,8 @@ class TakeOptions(ReadingOptions):
             title="Side of the object",
             description="On which side of the object the person is while they hold it: front, back, "
             "left or right, seen in the direction in which the object goes; or x,y, the place on the "
-            "floor of the result's world where they are as it is first moved, in metres; the program "
-            "decides if not given.",
+            "floor of the result's world where they are in the middle of the time that they first hold "
+            "it, in metres; the program decides if not given.",
         ),
     ] = None
     hands: Annotated[

@@ -11,14 +11,14 @@ from ingest.session import GRAVITY
 from ingest.trajectory.object_motion import ObjectTake
 from ingest.trajectory.rests import (
     find_rests,
-    frame_noise,
     is_steady,
     standing_sides,
     tilt_from_standing,
 )
-from ingest.trajectory.trajectory_config import STANDING
+from ingest.trajectory.trajectory_config import RESTS, STANDING
 from omomo_core.geometry.runs import runs
 from omomo_core.geometry.surface import sample_surface
+from omomo_core.geometry.transforms import frame_noise
 from omomo_core.motion import FPS
 
 _ON_FLOOR = 0.06
@@ -116,7 +116,7 @@ def _highest_unheld(
 ) -> tuple[float, int] | None:
     """Height and first frame of the highest rest that no hand holds; None where there is none."""
     T, valid = take.motion.T_world_object, take.motion.valid
-    noise = frame_noise(T, valid)
+    noise = frame_noise(T, valid, RESTS.quiet_share)
     levels = [
         (float(np.median(heights[start + a : start + b])), start + a)
         for a, b in find_rests(T[start:stop], valid[start:stop])
@@ -211,7 +211,7 @@ def _standing_rests(take: ObjectTake) -> list[GroundRest]:
     """The rests at the floor, and others near it that no hand holds so still."""
     T, heights = take.motion.T_world_object, bottom(take)
     gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1))])
-    noise = frame_noise(T, take.motion.valid)
+    noise = frame_noise(T, take.motion.valid, RESTS.quiet_share)
     found: list[GroundRest] = []
     for start, stop in find_rests(T, take.motion.valid):
         height = float(np.median(heights[start:stop]))

@@ -12,21 +12,13 @@ from scipy.ndimage import uniform_filter1d
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError
 
-from ingest.distributions import chi2_quantile
 from ingest.session import CaptureSession
 from ingest.trajectory.plane import fit_plane
 from ingest.trajectory.trajectory_config import RESTS, STANDING, Top
 from omomo_core.errors import InputError
 from omomo_core.geometry.runs import runs
-from omomo_core.geometry.transforms import nearest_rotation, shortest_turn
+from omomo_core.geometry.transforms import frame_noise, nearest_rotation, shortest_turn
 from omomo_core.motion import FPS, ObjectMesh
-
-_SIXTH = np.zeros(13)
-_SIXTH[::2] = np.array([1.0, -6, 15, -20, 15, -6, 1]) / np.sqrt(924)
-"""Sixth difference of every other frame: what is smooth over 0.4 s goes, white noise keeps its size.
-
-Of neighbouring frames it would see little: a pose between two logged ones is their mean.
-"""
 
 Poses = Float64[np.ndarray, "frames 3 4"]
 """Rotations and positions side by side."""
@@ -39,7 +31,7 @@ def find_rests(
     width = round(RESTS.shortest * FPS) + 1
     if len(T) < width:
         return []
-    noise = frame_noise(T, valid)
+    noise = frame_noise(T, valid, RESTS.quiet_share)
     averaged = _frames_to_average(noise)
     mean = _averaged(T[:, :3], valid, averaged)
     windows = np.lib.stride_tricks.sliding_window_view
@@ -55,27 +47,6 @@ def find_rests(
     for start in np.flatnonzero(still):
         resting[start : start + width] = True
     return runs(resting)
-
-
-def frame_noise(
-    T: Float64[np.ndarray, "frames 4 4"], valid: Bool[np.ndarray, " frames"]
-) -> tuple[float, float]:
-    """Noise from frame to frame on each axis (standard deviation): metres, rad.
-
-    Sixth differences leave what hardly any motion does. The quietest part of the take tells, so brisk
-    motion in the rest of it does not count.
-    """
-    windows = np.lib.stride_tricks.sliding_window_view
-    whole = windows(valid, len(_SIXTH)).all(axis=1) if len(T) >= len(_SIXTH) else np.empty(0, bool)
-    if not whole.any():
-        return 0.0, 0.0
-    left = windows(T[:, :3], len(_SIXTH), axis=0)[whole] @ _SIXTH
-    share = RESTS.quiet_share
-    expected = chi2_quantile(share, 3)
-    shift = np.quantile((left[..., 3] ** 2).sum(axis=1), share) / expected
-    # A small turn by a vector r moves the three columns of a rotation by 2 |r|^2 in all.
-    turn = np.quantile((left[..., :3] ** 2).sum(axis=(1, 2)), share) / 2 / expected
-    return float(np.sqrt(shift)), float(np.sqrt(turn))
 
 
 def is_steady(

@@ -24,12 +24,29 @@ class SupportConfig:
         0.1, "rad/s", "Angular speed below which an object may rest on something."
     )
     smoothing: int = setting(
-        5, "frames", "Width of the mean over velocities that are compared with the resting speeds."
+        5,
+        "frames",
+        "Least width of the mean over velocities that are compared with the resting speeds.",
+    )
+    widest_smoothing: int = setting(21, "frames", "Greatest width of it, in a noisy take.")
+    noise_margin: float = setting(
+        8.0,
+        "standard deviations",
+        "Way between two poses of a resting object that noise does not reach.",
+    )
+    quiet_share: float = setting(
+        0.2, "share", "Share of the frames, the quietest, that tell the tracker's noise."
     )
     rest_frames: int = setting(
         15,
         "frames",
         "Shortest stillness that counts as a rest, and shortest slow motion that counts as one.",
+    )
+    short_rest: int = setting(
+        20, "frames", "Half the longest rest that does not end the time for which it is held."
+    )
+    longest_hold: int = setting(
+        300, "frames", "Time of a hold within which its middle is looked for."
     )
     shortest_run: int = setting(
         6, "frames", "Shorter stretches in which an object must be held are noise of the tracker."

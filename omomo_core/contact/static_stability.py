@@ -8,10 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.ndimage import binary_opening, uniform_filter1d
+from scipy.ndimage import binary_closing, binary_opening, uniform_filter1d
 
 from omomo_core.contact.contact_config import STABILITY, SUPPORT
 from omomo_core.geometry.object_features import ObjectFeatures
+from omomo_core.geometry.runs import runs
+from omomo_core.geometry.transforms import frame_noise
+from omomo_core.motion import FPS
 
 
 @dataclass(frozen=True)
@@ -142,6 +145,20 @@ def must_be_held(take: ObjectFeatures) -> Bool[np.ndarray, " frames"]:
     return _drop_short_runs(held, SUPPORT.shortest_run)
 
 
+def middle_of_hold(must_hold: Bool[np.ndarray, " frames"]) -> int:
+    """Return the frame in the middle of the first time for which somebody must hold the object; 0 for never.
+
+    A short rest does not end that time, and of a long one the first seconds count.
+    """
+    held = runs(
+        binary_closing(np.pad(must_hold, SUPPORT.short_rest), iterations=SUPPORT.short_rest)
+    )
+    if not held:
+        return 0
+    start, stop = (frame - SUPPORT.short_rest for frame in held[0])
+    return start + min(stop - start, SUPPORT.longest_hold) // 2
+
+
 def touchable_range(
     take: ObjectFeatures, must_hold: Bool[np.ndarray, " frames"]
 ) -> tuple[int, int]:
@@ -155,7 +172,9 @@ def touchable_range(
         A moment before it is first moved and as long after it was last; (frames, 0) if it never moves.
         What is lifted or tipped must be gripped first; what slides flat moves as soon as it is touched.
     """
-    moved = np.flatnonzero(must_hold | _drop_short_runs(~_still(take), SUPPORT.rest_frames))
+    # At the take's ends a frame of noise is no motion that they cut short.
+    moving = binary_opening(~_still(take), np.ones(SUPPORT.rest_frames))
+    moved = np.flatnonzero(must_hold | moving)
     if not len(moved):
         return take.frames, 0
     rises, frames = (
@@ -168,9 +187,22 @@ def touchable_range(
 
 
 def _still(take: ObjectFeatures) -> Bool[np.ndarray, " frames"]:
-    """Return the frames in which the object may be resting."""
+    """Return the frames in which the object may be resting.
+
+    The means of velocities are so wide that the tracker's noise does not reach the speeds they are
+    compared with.
+    """
+    T = take.motion.T_world_object.copy()
+    T[:, :3, 3] = take.centre
+    noise = frame_noise(T, np.ones(len(T), bool), SUPPORT.quiet_share)
+    limits = (SUPPORT.resting_speed, SUPPORT.resting_turning_speed)
+    # The mean velocity over a time is the way between its ends.
+    widths = [
+        SUPPORT.noise_margin * sd * FPS / limit for sd, limit in zip(noise, limits, strict=True)
+    ]
+    width = round(float(np.clip(max(widths), SUPPORT.smoothing, SUPPORT.widest_smoothing)))
     speed, spin = (
-        np.linalg.norm(uniform_filter1d(x, SUPPORT.smoothing, axis=0, mode="nearest"), axis=1)
+        np.linalg.norm(uniform_filter1d(x, width, axis=0, mode="nearest"), axis=1)
         for x in (take.velocity, take.spin)
     )
     return _drop_short_runs(
@@ -180,6 +212,8 @@ def _still(take: ObjectFeatures) -> Bool[np.ndarray, " frames"]:
 
 
 def _drop_short_runs(x: Bool[np.ndarray, " frames"], shortest: int) -> Bool[np.ndarray, " frames"]:
-    """Return only the runs of at least so many frames, and those that the take's ends cut short."""
+    """Return only the runs of at least so many frames, or of half as many that the take's ends cut short."""
+    cut = shortest // 2
     whole = np.pad(x, shortest, mode="edge")
-    return binary_opening(whole, np.ones(shortest))[shortest:-shortest]
+    whole[: shortest - cut] = whole[len(whole) - shortest + cut :] = False
+    return binary_opening(whole, np.ones(min(shortest, len(x) + 2 * cut)))[shortest:-shortest]

@@ -16,6 +16,7 @@ from omomo_core.generation.generation_options import FeaturePrefix, Prefix, Solv
 from omomo_core.generation.object_clip import ObjectClip
 from omomo_core.generation.person import Retargeting
 from omomo_core.generation.selection.person_constraint import PersonConstraint, SideWord
+from omomo_core.generation.selection.selection_config import SAID
 from omomo_core.generation.selection.start_constraint import (
     StartConstraint,
     StartPose,
@@ -51,7 +52,7 @@ class Conditioning:
     """Place where the person stands in the last frame, about, on the floor of the world, metres."""
     side: SideWord | Float[np.ndarray, "2"] | None = None
     """Side of the object on which the person is while they hold it: seen along the way that it goes, or a
-    place on the floor of the world, metres, on that side of it as it is first held."""
+    place on the floor of the world, metres, on that side of it in the frame `middle_of_hold`."""
     held_with: HandChoice | None = None
     """Which hands hold it; None leaves that to the networks."""
     contacts: Sequence[ContactSpan] | None = None
@@ -99,7 +100,8 @@ def person_constraint(
     """
     side, end = conditioning.side, conditioning.end_position
     if side is not None and not isinstance(side, str):
-        side = side - clip.take.centre[clip.first_held, :2]
+        side = side - clip.take.centre[clip.middle_of_hold, :2]
+        side = side if np.linalg.norm(side) > SAID.nearest_side else None
     return PersonConstraint(
         side,
         conditioning.held_with,

@@ -13,6 +13,7 @@ from omomo_core.contact.contact_config import ANCHOR
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.contact.static_stability import (
     TippingLever,
+    middle_of_hold,
     must_be_held,
     tipping_lever,
     touchable_range,
@@ -54,9 +55,9 @@ class ObjectClip:
         return touchable_range(self.take, self.must_hold)
 
     @property
-    def first_held(self) -> int:
-        """First frame in which somebody must hold the object; 0 if nobody must."""
-        return int(self.must_hold.argmax())
+    def middle_of_hold(self) -> int:
+        """Frame in the middle of the first time for which it must be held."""
+        return middle_of_hold(self.must_hold)
 
     @cached_property
     def lever(self) -> TippingLever | None:

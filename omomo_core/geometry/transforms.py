@@ -1,10 +1,11 @@
-"""Rigid transforms (numpy): inverses, the best fit of two point sets (Procrustes), and shortest turns."""
+"""Rigid transforms (numpy): inverses, Procrustes fits, speeds and their noise, and shortest turns."""
 
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Float64
+from jaxtyping import Bool, Float, Float64
 from scipy.spatial.transform import Rotation
+from scipy.special import gammaincinv
 
 
 def apply(T_a_b: Float[np.ndarray, "frames 4 4"], points_b: Float[np.ndarray, "points 3"]):
@@ -55,6 +56,40 @@ def angular_velocity(
     step = R_world_body[1:] @ R_world_body[:-1].swapaxes(-1, -2)
     omega = Rotation.from_matrix(step).as_rotvec() * fps
     return np.concatenate([omega, omega[-1:]])
+
+
+_SIXTH = np.zeros(13)
+_SIXTH[::2] = np.array([1.0, -6, 15, -20, 15, -6, 1]) / np.sqrt(924)
+"""Sixth difference of every other frame: what is smooth over 0.4 s goes, white noise keeps its size.
+
+Of neighbouring frames it would see little: a pose between two logged ones is their mean.
+"""
+
+
+def frame_noise(
+    T: Float[np.ndarray, "frames 4 4"], valid: Bool[np.ndarray, " frames"], quiet_share: float
+) -> tuple[float, float]:
+    """Return the noise from frame to frame on each axis (standard deviation): metres, rad.
+
+    Sixth differences leave what hardly any motion does. The quietest part of the take tells, so brisk
+    motion in the rest of it does not count.
+
+    Args:
+        T: poses at 30 fps.
+        valid: frames that count.
+        quiet_share: which part that is.
+    """
+    windows = np.lib.stride_tricks.sliding_window_view
+    whole = windows(valid, len(_SIXTH)).all(axis=1) if len(T) >= len(_SIXTH) else np.empty(0, bool)
+    if not whole.any():
+        return 0.0, 0.0
+    left = windows(T[:, :3], len(_SIXTH), axis=0)[whole] @ _SIXTH
+    # The quantile of a chi-squared variable of three dimensions.
+    expected = 2 * float(gammaincinv(1.5, quiet_share))
+    shift = np.quantile((left[..., 3] ** 2).sum(axis=1), quiet_share) / expected
+    # A small turn by a vector r moves the three columns of a rotation by 2 |r|^2 in all.
+    turn = np.quantile((left[..., :3] ** 2).sum(axis=(1, 2)), quiet_share) / 2 / expected
+    return float(np.sqrt(shift)), float(np.sqrt(turn))
 
 
 def nearest_rotation(

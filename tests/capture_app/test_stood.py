@@ -194,7 +194,7 @@ def _pushed(way: float = 1.0, lift: float = 0.0) -> ObjectMotion:
     [
         ({"ends": (9.0, 0.0)}, 1.0, "ends-far"),
         ({"ends": (1.0, 0.1)}, 1.0, "ends-inside"),
-        ({"side": (0.1, 0.0)}, 1.0, "side-inside"),
+        ({"side": (0.5, 0.2)}, 1.0, "side-inside"),
         ({"side": (-5.0, 0.0)}, 1.0, "side-far"),
         ({"side": "back"}, 0.05, "side-no-way"),
         ({"hands": "left", "contacts": Path("contacts.json")}, 1.0, "hands-unused"),
@@ -211,7 +211,7 @@ def test_what_nobody_can_do_is_refused(changed: dict[str, Any], way: float, code
 
 
 @pytest.mark.parametrize(
-    ("side", "place"), [("back", (-0.7, 0.0)), ((0.0, -0.8), (0.0, -0.7)), ("left", (0.0, 0.7))]
+    ("side", "place"), [("back", (-0.7, 0.0)), ((0.5, -0.8), (0.0, -0.7)), ("left", (0.0, 0.7))]
 )
 def test_the_person_holds_from_the_side_that_is_said(side: Any, place: tuple[float, float]):
     """Whatever the network would choose; with the weights that ship."""

@@ -28,7 +28,7 @@ NO_SETTINGS = {
     "omomo_core/generation/selection/plausibility.py": {"_HALF_TURN"},
     # Axes, weights of a difference, a factor of statistics, and what stamps are rounded to.
     "ingest/trajectory/gravity.py": {"_Y"},
-    "ingest/trajectory/rests.py": {"_SIXTH"},
+    "omomo_core/geometry/transforms.py": {"_SIXTH"},
     "ingest/trajectory/smooth.py": {"_MAD", "_SAME_TIME"},
     # What a network was trained with; another value needs another network.
     "omomo_core/geometry/object_features.py": {"BASIS_RADIUS"},

@@ -11,7 +11,7 @@ from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.trajectory_optimization.residuals import InteractionTargets
 from omomo_core.contact.contact_config import ANCHOR
 from omomo_core.contact.segment import ContactSegment, ContactSpan, anchor_spans, follow_anchors
-from omomo_core.generation.collision.approach import choose_contact_faces
+from omomo_core.generation.collision.approach import choose_contact_faces, lifts_from_top
 from omomo_core.generation.decoding import face_palms
 from omomo_core.generation.object_clip import ObjectModel
 from omomo_core.motion import HandMotion, ObjectMesh
@@ -73,3 +73,20 @@ def test_what_is_decided_and_what_is_thick_stay():
     assert chosen(thin, held, prefix=10)[0] is held[0]
     held = [hold(thick, 0, TOP - 0.3 - ANCHOR.palm_thickness)]
     assert chosen(thick, held)[0] is held[0]
+
+
+@pytest.mark.parametrize(
+    ("way", "height", "on_top"),
+    [
+        (0.4, TOP + ANCHOR.palm_thickness, True),
+        (0.4, TOP - 0.04 - ANCHOR.palm_thickness, False),
+        (0.05, TOP + ANCHOR.palm_thickness, False),
+        (-0.4, TOP + ANCHOR.palm_thickness, False),
+    ],
+)
+def test_a_flat_hand_on_top_does_not_lift(way: float, height: float, on_top: bool):
+    """It may lie on what stays or goes down."""
+    object_model = board(0.04)
+    T = at()
+    T[:, 2, 3] += np.linspace(0.0, way, FRAMES)
+    assert lifts_from_top(hold(object_model, 0, height), object_model.surface, T) == on_top

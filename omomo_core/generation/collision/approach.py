@@ -25,6 +25,7 @@ from omomo_core.generation.collision.collision_config import APPROACH, CONTACT_F
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
 from omomo_core.generation.solving.palm_plan import solve_arms
 from omomo_core.generation.solving.solving_config import BODY_SOLVING
+from omomo_core.geometry.surface import Surface
 from omomo_core.geometry.transforms import to_local
 from omomo_core.motion import HandMotion
 
@@ -169,6 +170,8 @@ def choose_contact_faces(
 ) -> list[tuple[ContactSegment, ...]]:
     """Return the segments, each on the face that its arm reaches without going through the object.
 
+    What rises is held from below or round its edge: a flat hand on top of it cannot lift.
+
     Args:
         body: whose arms.
         root: sampled pelvis, world, metres.
@@ -190,14 +193,33 @@ def choose_contact_faces(
     )
     costs = [_cost(body, root, rotations, avoidance, w) for w in (targets, targets_for(turned))]
 
+    surface, T = object_model.surface, targets.T_world_object
+
     def better(k: int, old: ContactSegment, new: ContactSegment) -> ContactSegment:
         seen = torch.from_numpy((avoidance.seen >= old.start) & (avoidance.seen < old.stop))
         if old is new or not seen.any():
             return old
-        now, then = (float(cost[k, seen, old.hand].mean()) for cost in costs)
+        now, then = (
+            float(cost[k, seen, old.hand].mean())
+            + CONTACT_FACE.on_top * lifts_from_top(s, surface, T)
+            for cost, s in zip(costs, (old, new), strict=True)
+        )
         return new if now > CONTACT_FACE.crossed and then < now / 2 else old
 
     return [tuple(better(k, old, new) for old, new in own) for k, own in enumerate(pairs)]
+
+
+def lifts_from_top(
+    segment: ContactSegment, surface: Surface, T_world_object: Float[np.ndarray, "frames 4 4"]
+) -> bool:
+    """Return whether a hand is on top of a place that rises while it holds that place."""
+    T = T_world_object[max(segment.start, 0) : segment.stop]
+    height = T[:, 2, :3] @ segment.anchor + T[:, 2, 3]
+    if not len(height) or height.max() - height[0] < CONTACT_FACE.rise:
+        return False
+    out = segment.anchor - surface.points[surface.tree.query(segment.anchor)[1]]
+    rising = T[: max(int((height > height[0] + CONTACT_FACE.rise).argmax()), 1), 2, :3]
+    return float((rising @ out).mean()) > CONTACT_FACE.top * float(np.linalg.norm(out))
 
 
 def _on_other_face(

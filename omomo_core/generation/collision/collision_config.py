@@ -107,6 +107,15 @@ class ContactFaceConfig:
     twist: float = setting(
         2.0, "cost", "Cost in a frame of a hand whose back, not palm, is towards what it holds."
     )
+    on_top: float = setting(
+        2.0, "cost", "Cost in a frame of a hand that lies on top of what rises."
+    )
+    rise: float = setting(0.1, "m", "Way up from which a place that is held rises.")
+    top: float = setting(
+        0.7,
+        "share",
+        "Cosine between up and the way out of the surface from which a hand is on top.",
+    )
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,6 @@ from omomo_core.generation.selection.plausibility import (
 )
 from omomo_core.generation.selection.selection_config import SAID
 from omomo_core.generation.selection.start_constraint import StartPosition
-from omomo_core.motion import FPS
 from omomo_core.stages.hands_capture import LAYOUT
 
 SideWord = Literal["front", "back", "left", "right"]
@@ -40,7 +39,7 @@ class PersonConstraint:
 
     side: SideWord | Float[np.ndarray, "2"] | None = None
     """Side on which they are while they hold it: a word, or a direction (world axes) from the object's
-    centre as the object is first held."""
+    centre in the frame `middle_of_hold`."""
     hands: HandChoice | None = None
     end: Float[Tensor, "2"] | None = None
     """Place of the pelvis in the last frame, above the floor, from the object's centre, metres."""
@@ -90,7 +89,7 @@ class PersonConstraint:
         if self.side is None:
             assert self.end is not None
             return side_off(place[:, -1:], self.end.double().numpy(), clip.trained.velocity[-1:], 0)
-        return side_off(place, self.side, clip.trained.velocity, clip.first_held)
+        return side_off(place, self.side, clip.trained.velocity, clip.middle_of_hold)
 
     def impose_end(self, features: Samples) -> Samples:
         """Return the samples, which end at the known place or as near to it as there is time to go."""
@@ -137,7 +136,7 @@ def side_off(
     place: Float[np.ndarray, "samples frames 2"],
     side: SideWord | Float[np.ndarray, "2"],
     velocity: Float[np.ndarray, "frames 3"],
-    first: int,
+    middle: int,
 ) -> Float[np.ndarray, " samples"]:
     """Return the angle from the side of the object that is said to each sample's, degrees.
 
@@ -145,14 +144,17 @@ def side_off(
         place: of the person, from the object's centre, metres.
         side: the one that is said, as a `PersonConstraint` has it.
         velocity: of the object's centre, world, m/s.
-        first: frame in which it is first held.
+        middle: frame about which the side is meant, unless it is a word.
     """
     at = place[..., 0] + 1j * place[..., 1]
     if isinstance(side, str):
         way = velocity[:, 0] + 1j * velocity[:, 1]
         there = (at * way.conj()).mean(axis=1) * np.conj(_AHEAD[side])
     else:
-        there = at[:, first : first + int(FPS)].mean(axis=1) * np.conj(complex(*side))
+        half = SAID.side_frames // 2
+        there = at[:, max(middle - half, 0) : middle + half + 1].mean(axis=1) * np.conj(
+            complex(*side)
+        )
     return np.degrees(np.angle(there))
 
 

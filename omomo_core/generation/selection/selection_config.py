@@ -119,8 +119,12 @@ class SaidConfig:
     """Which hypotheses fit what is said of the person."""
 
     side_tolerance: float = setting(
-        45.0, "deg", "Angle from the side that is said up to which a hypothesis is on that side."
+        60.0, "deg", "Angle from the side that is said up to which a hypothesis is on that side."
     )
+    nearest_side: float = setting(
+        0.2, "m", "Distance from the object's centre within which a place is on no side of it."
+    )
+    side_frames: int = setting(30, "frames", "Time over which a hypothesis is on a side.")
     end_tolerance: float = setting(
         0.4, "m", "Distance from the end position up to which a hypothesis ends there."
     )

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from omomo_core.body.model import BodyModel
-from omomo_core.contact.static_stability import must_be_held
+from omomo_core.contact.static_stability import middle_of_hold, must_be_held
 from omomo_core.generation.conditioning import Conditioning, Pose
 from omomo_core.generation.generation_options import GenerationOptions
 from omomo_core.generation.generator import generate
@@ -110,7 +110,7 @@ def ask(
         start_pose=Pose(clip.root[0], clip.rotations[0]) if task.first_frame else None,
         start_position=clip.root[0, :2] if "_stood" in task.method else None,
         end_position=clip.root[-1, :2] if "_ends" in task.method else None,
-        side=clip.root[truth.must_hold.argmax(), :2] if "_side" in task.method else None,
+        side=clip.root[middle_of_hold(truth.must_hold), :2] if "_side" in task.method else None,
         held_with=truth.hands if "_hands" in task.method else None,
     )
     theirs = body or clip.body

@@ -227,3 +227,20 @@ def test_what_leans_is_held_once_its_centre_is_three_centimetres_beside_its_edge
     far = [overhang(leaning(tilt), np.arange(1)).metres[0] for tilt in tilts]
     tilt = float(np.interp(beside, far, tilts))
     assert (must_be_held(leaning(tilt)) == is_held).all()
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("noise", [0.0, 0.0005, 0.0012, 0.0016])
+def test_noise_of_the_tracker_is_no_touch(noise: float, seed: int):
+    """A box that rests, is pushed for two seconds and rests again: nobody touches it before or after."""
+    rng = np.random.default_rng(seed)
+    T = np.tile(np.eye(4), (240, 1, 1))
+    T[:, 0, 3] = np.interp(np.arange(240), [90, 150], [0.0, 1.0])
+    T[:, 2, 3] = 0.15
+    T[:, :3, 3] += rng.normal(scale=max(noise, 1e-9), size=(240, 3))
+    turn = rng.normal(scale=max(2 * noise, 1e-9), size=(240, 3))
+    T[:, :3, :3] = Rotation.from_rotvec(turn).as_matrix()
+    take = object_features(ObjectMotion(box(0.3, 0.4, 0.3), T, np.ones(240, bool)))
+    first, stop = touchable_range(take, must_be_held(take))
+    assert 75 < first <= 91
+    assert 149 <= stop < 165
