@@ -72,12 +72,12 @@ def summarise(result: "Result") -> None:
     if (
         not manifest.correction
         and options["configuration"] == "capture"
-        and not options.get("stood")
+        and not (options.get("stood") or options.get("side"))
     ):
         x, y = result.start.tolist()
         output.print(
             f"The person begins at {x:z.1f},{y:z.1f}. If that is the wrong side of the object, say where the "
-            "person stood: --stood x,y."
+            "person stood (--stood x,y) or held it (--side x,y)."
         )
     for grip in manifest.grips:
         output.print(grip)

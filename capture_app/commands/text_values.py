@@ -34,7 +34,7 @@ def read_place(text: str | None, where: str, words: Sequence[str] = ("phone",)) 
         f"{text!r} is no place.",
         where=where,
         fix="Write two numbers with a comma between them, e.g. 0.8,-1.2"
-        + (f", or {' or '.join(words)}." if words else "."),
+        + (f", or one of the words {', '.join(words)}." if words else "."),
     )
 
 

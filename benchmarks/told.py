@@ -1,0 +1,107 @@
+"""What it helps to say of the person: the errors of the one result that a run shows.
+
+Usage: python -m benchmarks.told CLIPS [--samples K] [--seeds N] [--say WORDS ...] [--to FILE]
+
+CLIPS is a folder of recorded clips (`omomo_core/learning/evaluation/real_clips.py`). WORDS are what is said
+of the recorded person, such as stood, stood+ends, side, hands, stood+side+hands; "nothing" says nothing.
+People are sampled and only those are solved that a run solves. A line is printed for each, the mean over
+clips and seeds, then for each class of objects: palms (HandJPE), MPJPE and T_root in centimetres, the median
+T_root, the share over 60 cm, F1 within 8 cm, the shares of clips with the right number of hands and the right
+side, steps backwards beside people's, and how far the head is from people's in the first frame. An
+interrupted run goes on from FILE.
+"""
+
+import argparse
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from omomo_core.body.model import load_body
+from omomo_core.contact.static_stability import middle_of_hold
+from omomo_core.generation.conditioning import Conditioning
+from omomo_core.generation.generation_options import GenerationOptions
+from omomo_core.generation.generator import generate
+from omomo_core.learning.evaluation.metrics import walking_measures
+from omomo_core.learning.evaluation.real_clips import clip_paths, read_clip
+from omomo_core.learning.evaluation.truth import Truth
+from omomo_core.weights.load import load_stages
+
+SAID = ("nothing", "stood", "stood+ends", "side", "stood+side", "hands", "stood+ends+side+hands")
+FIGURES = (
+    *("hand_jpe_cm", "mpjpe_cm", "t_root_cm", "near_contact_f1", "hands_right_share"),
+    *("side_right_share", "backwards_share", "first_head_cm"),
+)
+
+
+def main() -> None:
+    """Measure, and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("clips", type=Path)
+    parser.add_argument("--samples", type=int, default=20)
+    parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--say", nargs="*", default=SAID)
+    parser.add_argument("--to", type=Path)
+    said = parser.parse_args()
+    file: Path | None = said.to
+    rows = [] if file is None or not file.exists() else map(json.loads, file.open())
+    done = {(row["say"], row["seed"], row["clip"]): row for row in rows}
+    body, stages = load_body(), load_stages("capture")
+    for seed in range(said.seeds):
+        for path in clip_paths(said.clips):
+            wanted = [say for say in said.say if (say, seed, path.stem) not in done]
+            truth = Truth(read_clip(path, body)) if wanted else None
+            for say in wanted:
+                assert truth is not None
+                clip, options = truth.clip, GenerationOptions(said.samples, seed, solve="shown")
+                known = conditioning(truth, say)
+                made = generate(clip.motion, clip.body, stages, options, conditioning=known)
+                row = truth.of_joints(made.motions[made.chosen])
+                row = {key: row[key] for key in FIGURES}
+                people = walking_measures(clip.joints)
+                row |= {f"real_{key}": value for key, value in people.items()}
+                kept = {"say": say, "seed": seed, "clip": path.stem, **row}
+                done[say, seed, path.stem] = kept
+                if file is not None:
+                    with file.open("a") as lines:
+                        lines.write(json.dumps(kept) + "\n")
+    for line in summary(list(done.values())):
+        print(line)
+
+
+def conditioning(truth: Truth, say: str) -> Conditioning:
+    """Return what is said of the recorded person."""
+    root = truth.clip.root[:, :2]
+    return Conditioning(
+        start_position=root[0] if "stood" in say else None,
+        end_position=root[-1] if "ends" in say else None,
+        side=root[middle_of_hold(truth.must_hold)] if "side" in say else None,
+        held_with=truth.hands if "hands" in say else None,
+    )
+
+
+def summary(rows: list[dict[str, float | str]]) -> Iterator[str]:
+    """Yield what is printed of all."""
+    yield f"{'said':24}{'':12} palms MPJPE T_root median >60 F1@8 hands side  back (people) head"
+    for say in dict.fromkeys(row["say"] for row in rows):
+        for half, objects in {"all": ("",), **HALVES}.items():
+            some = [
+                r for r in rows if r["say"] == say and any(o in str(r["clip"]) for o in objects)
+            ]
+            if not some:
+                continue
+            mean = {key: np.mean([float(row[key]) for row in some]) for key in FIGURES}
+            back = np.mean([float(row["real_backwards_share"]) for row in some])
+            way = np.array([float(row["t_root_cm"]) for row in some])
+            head = [abs(float(r["first_head_cm"]) - float(r["real_first_head_cm"])) for r in some]
+            yield (
+                f"{say:24}{name:12} {mean['hand_jpe_cm']:5.1f} {mean['mpjpe_cm']:5.1f} {way.mean():6.1f} "
+                f"{np.median(way):6.1f} {(way > 60).mean():.2f} {mean['near_contact_f1']:.2f} "
+                f"{mean['hands_right_share']:5.2f} {mean['side_right_share']:.2f} "
+                f"{mean['backwards_share']:5.2f} ({back:.2f}) {np.mean(head):6.1f}"
+            )
+
+
+if __name__ == "__main__":
+    main()
