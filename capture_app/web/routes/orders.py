@@ -258,28 +258,34 @@ class Run(DescribedModel):
     """How to make the motion."""
 
 
-class Resolve(DescribedModel):
+_CONTACTS = {
+    "version": 1,
+    "fps": 30,
+    "frames": 240,
+    "segments": [{"hand": "left", "start": 12, "stop": 96, "anchor": [0.2, 0.0, 0.4]}],
+}
+
+
+class OtherContacts(DescribedModel):
+    """Other contacts of a sample, each with the place on the object that the hand holds."""
+
+    model_config = with_example(contacts=_CONTACTS)
+
+    contacts: dict[str, Any]
+    """The whole of contacts.json, as corrected."""
+    sample: Sample = None
+
+
+class Resolve(OtherContacts):
     """A result with corrected contacts becomes another one."""
 
-    model_config = with_example(
-        kind="resolve",
-        result=_EXAMPLE_ID,
-        contacts={
-            "version": 1,
-            "fps": 30,
-            "frames": 240,
-            "segments": [{"hand": "left", "start": 12, "stop": 96, "anchor": [0.2, 0.0, 0.4]}],
-        },
-    )
+    model_config = with_example(kind="resolve", result=_EXAMPLE_ID, contacts=_CONTACTS)
 
     kind: Which[Literal["resolve"]]
     name: Name | None = None
     """What to call the new result; as the old one, with the word corrected, if not given."""
     result: Id
     """Id of the result that was corrected."""
-    contacts: dict[str, Any]
-    """The whole of contacts.json, as corrected."""
-    sample: Sample = None
     video: Annotated[bool, Field(description=DRAW)] = True
 
 

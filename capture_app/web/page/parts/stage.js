@@ -3,6 +3,7 @@ import { bytes, inWords } from "../core/api.js";
 import { h, put } from "../core/dom.js";
 import { trouble } from "./trouble.js";
 /** @import {Film} from "/static/viewer/film.js"
+ *  @import {Pack} from "/static/viewer/pack.js"
  *  @import {Timeline} from "/static/viewer/timeline.js"
  *  @import {Viewer} from "/static/viewer/viewer.js" */
 
@@ -143,6 +144,13 @@ export class Stage extends EventTarget {
     viewer.arrange("over");
     if (pack) await viewer.load(pack, { slot: 1 });
     else viewer.unload(1);
+  }
+
+  /** The scene that is shown, with another motion. @param {Pack} pack */
+  revise(pack) {
+    this.viewer?.revise(0, pack);
+    for (const timeline of this.timelines) timeline.pack = pack;
+    this.dispatchEvent(new Event("revised"));
   }
 
   /** @param {Viewer} viewer */

@@ -175,7 +175,8 @@ function share(link) {
 function words(item, stage) {
   const take = [...(item.findings ?? []), ...(item.notes ?? [])];
   const sample = h("div", { class: "stack tight" });
-  stage.addEventListener("opened", () => put(sample, ofShown(item, stage)));
+  const tell = () => put(sample, ofShown(item, stage));
+  for (const event of ["opened", "revised"]) stage.addEventListener(event, tell);
   return h(
     "section",
     { class: "card stack" },
