@@ -304,9 +304,8 @@ def try_contacts(result: Path, contacts: str, sample: int | None, scene: Path) -
 
     edited = scene.with_suffix(".json")
     write_whole(edited, contacts)
-    request = ResolveRequest(
-        output=scene.with_suffix(".none"), result=result, contacts=edited, sample=sample
-    )
+    none = scene.with_suffix(".none")
+    request = ResolveRequest(output=none, result=result, contacts=edited, sample=sample)
     return _written(scene, pack_people(tried_correction(request), words=_of_a_run))
 
 

@@ -3,8 +3,7 @@
 import json
 from datetime import datetime
 from pathlib import Path
-from shutil import rmtree
-from tempfile import mkdtemp
+from tempfile import TemporaryDirectory
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query
@@ -159,14 +158,12 @@ async def scene(site: Here, id: ThingId, solved: Solved = ()) -> FileResponse:
 @router.post("/{id}/scene", response_class=Response, responses=SCENE_REPLY)
 async def try_contacts(site: Here, id: ThingId, given: OtherContacts) -> Response:
     """The people of its scene as they are with other contacts; the result stays as it is."""
-    folder = site.library.results.content(id)
-    scratch = Path(mkdtemp(dir=site.library.scratch))
-    try:
-        contacts, scene = json.dumps(given.contacts, allow_nan=False), scratch / "people.bin"
-        await site.sandbox.run(sandboxed_work.try_contacts, folder, contacts, given.sample, scene)
+    said = (json.dumps(given.contacts, allow_nan=False), given.sample)
+    with TemporaryDirectory(dir=site.library.scratch) as scratch:
+        scene = Path(scratch, "people.bin")
+        folder = site.library.results.content(id)
+        await site.sandbox.run(sandboxed_work.try_contacts, folder, *said, scene)
         return Response(scene.read_bytes(), media_type=SCENE)
-    finally:
-        rmtree(scratch, ignore_errors=True)
 
 
 @router.get("/{id}/film", response_class=FileResponse, responses=SCENE_REPLY)

@@ -4,12 +4,12 @@ import { h, say } from "../core/dom.js";
 import { go } from "../core/router.js";
 import { store, stored } from "../core/stored.js";
 import { confirmed } from "./dialog.js";
-import { attempt, button, tick } from "./fields.js";
+import { attempt, button, describedFields, grid, saidIn, tick } from "./fields.js";
 import { grips } from "./grips.js";
 import { freshKey } from "./order_form.js";
 import { Trial } from "./trial.js";
 /** @import {Segment} from "/static/viewer/pack.js"
- *  @import {Result} from "../core/answers.js"
+ *  @import {Described, Result} from "../core/answers.js"
  *  @import {Stage} from "./stage.js" */
 
 const KEPT = "These are your corrections of last time.";
@@ -18,9 +18,10 @@ const HELP =
   "it, then arrows. “Add” puts a contact at the playhead. Ctrl-Z undoes, Ctrl-Y redoes.";
 const ITSELF = "contacts are solved by themselves";
 
-/** Buttons under the stage of a result. @param {Result} item @param {Stage} stage */
-export function contactEditor(item, stage) {
-  const editor = new Editor(item, stage);
+/** Buttons under the stage of a result.
+ *  @param {Result} item @param {Stage} stage @param {Described[]} form of what makes another motion */
+export function contactEditor(item, stage, form) {
+  const editor = new Editor(item, stage, form);
   stage.addEventListener("opened", () => editor.attach());
   return editor.node;
 }
@@ -29,8 +30,10 @@ class Editor {
   /** @type {string | null} */
   key = null;
 
-  /** @param {Result} item @param {Stage} stage */
-  constructor(item, stage) {
+  /** @param {Result} item @param {Stage} stage @param {Described[]} form */
+  constructor(item, stage, form) {
+    const video = Boolean(item.video ?? item.video_job);
+    this.options = describedFields(form.map((one) => (one.name === "video" ? { ...one, value: video } : one)));
     this.item = item;
     this.stage = stage;
     this.edit = button("Correct the contacts", () => this.begin());
@@ -40,7 +43,7 @@ class Editor {
     this.itself.input.addEventListener("change", () => this.switched());
     this.hint = h("p", { class: "hint", role: "status" });
     this.problem = h("div");
-    this.tools = h("div", { class: "row" }, this.solve, this.stop, this.itself.node);
+    this.tools = h("div", { class: "row" }, this.solve, this.stop, this.itself.node, grid(this.options));
     this.node = h(
       "div",
       { class: "stack tight" },
@@ -161,14 +164,13 @@ class Editor {
     this.trial.stop();
     return attempt(this.solve, this.problem, async () => {
       const name = `${this.item.name}, corrected`;
-      const video = Boolean(this.item.video ?? this.item.video_job);
       const json = {
         kind: "resolve",
         name,
         result: this.item.id,
         contacts: this.timeline?.contacts,
         sample: this.sample + 1,
-        video,
+        ...saidIn(this.options),
       };
       const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": key } });
       forget(this.item.id, this.sample);

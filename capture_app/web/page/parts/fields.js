@@ -2,7 +2,8 @@
 import { inWords } from "../core/api.js";
 import { freshId, h, put } from "../core/dom.js";
 import { trouble } from "./trouble.js";
-/** @import {Props} from "../core/dom.js" */
+/** @import {Described} from "../core/answers.js"
+ *  @import {Props} from "../core/dom.js" */
 
 /** A field of a form and what it says. @template V @template {HTMLElement} [I=HTMLElement]
  *  @typedef {{node: HTMLElement, input: I, read: () => V}} Field */
@@ -65,6 +66,37 @@ export function choice(label, options, { value = options[0]?.[0], hint = "" } = 
   );
   if (value !== undefined) input.value = value;
   return { node: field(label, input, hint), input, read: () => input.value };
+}
+
+/** Fields by kinds, as the API describes them. @type {Record<string, (one: Described) => Field<any>>} */
+const KINDS = {
+  number: (one) => number(one.title, one),
+  tick: (one) => tick(one.title, { checked: one.value, hint: one.hint }),
+  choice: (one) => {
+    const made = choice(one.title, one.options, one);
+    return { ...made, read: () => made.read() || null };
+  },
+  text: ({ title, value = "", hint }) => {
+    const input = h("input", { type: "text", value });
+    return { node: field(title, input, hint), input, read: () => input.value || null };
+  },
+};
+
+/** The fields of a form by name; `own` are made in another way. What neither makes is left out.
+ *  @param {Described[]} form @param {Record<string, Field<any>>} own @returns {Record<string, Field<any>>} */
+export function describedFields(form, own = {}) {
+  const made = form.map((one) => [one.name, own[one.name] ?? KINDS[one.kind]?.(one)]);
+  return Object.fromEntries(made.filter(([, one]) => one));
+}
+
+/** What fields say, by name. @param {Record<string, {read: () => unknown}>} fields */
+export function saidIn(fields) {
+  return Object.fromEntries(Object.entries(fields).map(([name, one]) => [name, one.read()]));
+}
+
+/** Fields side by side. @param {Record<string, {node: HTMLElement}>} fields */
+export function grid(fields) {
+  return h("div", { class: "grid" }, Object.values(fields).map(({ node }) => node));
 }
 
 /** A button that does something at once; `more` of its attributes.

@@ -1,46 +1,13 @@
 // What the user knows of a recording that its log does not say, or not rightly.
 import { h } from "../core/dom.js";
-import { choice, field, number, tick } from "./fields.js";
-
-/** A field of which only what it says matters. @typedef {{node: HTMLElement, read: () => unknown}} Said */
+import { choice, field } from "./fields.js";
+/** @import {Field} from "./fields.js" */
 
 const DIRECTION = "direction";
 const NUMBER = String.raw`\s*[\-+]?(\d+\.?\d*|\.\d+)\s*`;
 const AXES = ["x", "y", "z", "-x", "-y", "-z"];
 
-/** Which app recorded it, found out unless chosen: {node, read()}. formats: names of apps.
- *  @param {string[]} formats */
-export function formatField(formats) {
-  const known = formats.map((name) => [name, name]);
-  const app = choice("Recorded with", [["", "found by what it holds"], ...known]);
-  return { ...app, read: () => app.read() || null };
-}
-
-/** Fields by the names of the options of a run: {node, read()}. formats: names of apps.
- *  @param {string[]} formats */
-export function readingFields(formats) {
-  return {
-    floor: number("Height of the floor", {
-      unit: "m",
-      hint: "In the phone's world, 0 where the recording began. Empty: where the object rests.",
-    }),
-    up: up(),
-    segment: number("Stretch to use", {
-      min: 1,
-      step: 1,
-      hint: "Where tracking failures split the recording. Empty: the longest.",
-    }),
-    format: formatField(formats),
-    stitch: tick("Put tracking jumps back together", {
-      hint: "Instead of splitting the recording there.",
-    }),
-    closure: tick("The object ends on the mark where it began", {
-      hint: "Takes the drift in between out.",
-    }),
-  };
-}
-
-/** What is said in them, as the query of a report has it. @param {Record<string, Said>} fields */
+/** What is said in them, as the query of a report has it. @param {Record<string, Field<any>>} fields */
 export function readingQuery(fields) {
   return Object.entries(fields).flatMap(([name, one]) => {
     const value = one.read();
@@ -48,7 +15,8 @@ export function readingQuery(fields) {
   });
 }
 
-function up() {
+/** The way up: an axis of the mesh, or a direction. @returns {Field<any>} */
+export function upField() {
   const which = choice(
     "Which way is up",
     [
@@ -74,5 +42,5 @@ function up() {
   const direction = () =>
     input.value && input.checkValidity() ? input.value.split(",").map(Number) : null;
   const read = () => (which.read() === DIRECTION ? direction() : which.read() || null);
-  return { node: h("div", { class: "stack" }, which.node, typed), read };
+  return { node: h("div", { class: "stack" }, which.node, typed), input: which.input, read };
 }

@@ -5,33 +5,17 @@ import { announce } from "../core/live.js";
 import { go } from "../core/router.js";
 import { attempt, button, number } from "./fields.js";
 import { freshKey } from "./order_form.js";
-/** @import {Result} from "../core/answers.js"
+/** @import {Described, Result} from "../core/answers.js"
  *  @import {Stage} from "./stage.js" */
 
-// Options that a result is made again with.
-const REPEATED = [
-  "samples",
-  "seed",
-  "steps",
-  "height",
-  "contact",
-  "segment",
-  "floor",
-  "up",
-  "format",
-  "stitch",
-  "closure",
-  "force",
-];
-
 /** Buttons under the stage of a result that can be made again from its recording; else nothing.
- *  @param {Result} item @param {Stage} stage */
-export function stood(item, stage) {
+ *  @param {Result} item @param {Stage} stage @param {Described[]} form of a run */
+export function stood(item, stage, form) {
   const { manifest } = item;
   const given = manifest.inputs.some(({ role }) => role === "contacts" || role === "body");
   const ours = manifest.options.configuration === "capture" && !manifest.options.weights;
   const able = item.session && !manifest.correction && !given && ours;
-  return able ? new Stood(item, stage).node : null;
+  return able ? new Stood(item, stage, form).node : null;
 }
 
 // Heights of the balls of a post that is as tall as a person.
@@ -45,8 +29,9 @@ class Stood {
   place = null;
   key = "";
 
-  /** @param {Result} item @param {Stage} stage */
-  constructor(item, stage) {
+  /** @param {Result} item @param {Stage} stage @param {Described[]} form */
+  constructor(item, stage, form) {
+    this.form = form;
     this.item = item;
     this.stage = stage;
     this.begin = button("They stood elsewhere", () => this.pick());
@@ -161,7 +146,7 @@ class Stood {
   send() {
     const { item } = this;
     const { manifest } = item;
-    const options = Object.fromEntries(REPEATED.map((key) => [key, manifest.options[key]]));
+    const options = Object.fromEntries(this.form.map(({ name }) => [name, manifest.options[name]]));
     return attempt(this.make, this.problem, async () => {
       const json = {
         kind: "run",

@@ -5,43 +5,22 @@ import { address, go } from "../core/router.js";
 import { boardField, boardPlace } from "../calibrate/board.js";
 import { cameraFields } from "../calibrate/camera.js";
 import { brought } from "./brought.js";
-import { attempt, choice, number, tick } from "./fields.js";
+import { attempt, choice, describedFields, grid, saidIn } from "./fields.js";
 import { freshKey } from "./order_form.js";
-/** @import {Guide, Item, Result, Session} from "../core/answers.js"
+/** @import {Choices, Guide, Item, Result, Session} from "../core/answers.js"
  *  @import {Stage} from "./stage.js" */
 
 /** `sample()`: which one is drawn, from 1.
- *  @typedef {{guide: Guide, videos: Item[], sessions: Session[], sample: () => number,
+ *  @typedef {{choices: Choices, guide: Guide, videos: Item[], sessions: Session[], sample: () => number,
  *    stage: Stage, signal: AbortSignal}} Context */
 
-const VIEWS = {
-  third: "from the side",
-  orbit: "all around",
-  follow: "from behind, walking along",
-  top: "from above, as a map",
-  object: "from the object",
-  hands: "close to the hands",
-};
 const FEW = 0.1; // part of the time in which a film has to show the person
-const THINGS = [
-  ["outline", "its outline"],
-  ["drawn", "the object itself"],
-  ["hidden", "nothing of it"],
-];
 
-/** A video from a camera of its own. @param {Result} item @param {() => number} sample from 1 */
-export function renderForm(item, sample) {
-  const view = choice("Seen", Object.entries(VIEWS));
-  return orderForm(
-    "Draw the video",
-    () => ({
-      kind: "render",
-      result: item.id,
-      view: view.read(),
-      sample: sample(),
-    }),
-    [view.node],
-  );
+/** A video from a camera of its own. @param {Result} item @param {Context} context */
+export function renderForm(item, { choices, sample }) {
+  const fields = describedFields(choices.forms.render);
+  const read = () => ({ kind: "render", result: item.id, sample: sample(), ...saidIn(fields) });
+  return orderForm("Draw the video", read, [grid(fields)]);
 }
 
 /** The person in a film of the take: the phone's own, or that of a camera that watched.
@@ -70,30 +49,19 @@ export function overlayForm(item, context) {
     show();
   });
   show();
-  const thing = choice("Draw of the object", THINGS, { hint: "It hides what is behind it." });
-  const opacity = number("How solid the person is", { value: 100, min: 5, max: 100, unit: "%" });
-  const wipe = tick("A line that goes to and fro between before and after");
-  const offset = number("Add to the film's time to get the motion's", {
-    unit: "s",
-
-    hint: "Empty: it is found.",
-  });
+  const fields = describedFields(context.choices.forms.overlay);
   const read = () => ({
     kind: "overlay",
     result: item.id,
     sample: context.sample(),
-    thing: thing.read(),
-    opacity: (opacity.read() ?? 100) / 100,
-    wipe: wipe.read(),
-    offset: offset.read(),
+    ...saidIn(fields),
     ...(film.read() === "other" ? other.read() : {}),
   });
-  const options = h("div", { class: "grid" }, thing.node, opacity.node, offset.node, wipe.node);
   return orderForm("Draw into the film", read, [
     film.node,
     unseen,
     other.node,
-    h("details", {}, h("summary", {}, "How it looks, and when"), options),
+    h("details", {}, h("summary", {}, "How it looks, and when"), grid(fields)),
   ]);
 }
 

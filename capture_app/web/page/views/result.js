@@ -87,12 +87,12 @@ export async function result({ params, signal }) {
         h("a", { class: "button", href: address("/compare", { results: item.id }) }, "Compare"),
       ),
       stage.node,
-      contactEditor(item, stage),
+      contactEditor(item, stage, choices.forms.resolve),
     ),
-    stood(item, stage),
+    stood(item, stage, choices.forms.run),
     h("div", { class: "grid" }, use(item, choices, which, { sample, signal }), share(shared), words(item, stage)),
     resultVideo(item, signal),
-    moreVideos(item, { guide, videos, sessions, sample, stage, signal }),
+    moreVideos(item, { choices, guide, videos, sessions, sample, stage, signal }),
     making(item),
   );
   put(stage.side, samplePicker(item.samples, chosen, show, stage));
@@ -230,7 +230,7 @@ function moreVideos(item, context) {
     "section",
     { class: "stack" },
     h("h2", {}, "More videos"),
-    h("details", {}, h("summary", {}, "Seen from elsewhere"), renderForm(item, context.sample)),
+    h("details", {}, h("summary", {}, "Seen from elsewhere"), renderForm(item, context)),
     h(
       "details",
       {},

@@ -4,11 +4,10 @@ import { h, put } from "../core/dom.js";
 import { address, go } from "../core/router.js";
 import { boardField, todo } from "../calibrate/board.js";
 import { brought } from "../parts/brought.js";
-import { attempt, choice, number, tick } from "../parts/fields.js";
+import { attempt, choice, describedFields, grid, number, saidIn } from "../parts/fields.js";
 import { numbered } from "../parts/numbered.js";
 import { freshKey } from "../parts/order_form.js";
 import { standsAt } from "../parts/pick_place.js";
-import { formatField } from "../parts/reading_fields.js";
 /** @import {Boards, Choices, Guide, Item, Session} from "../core/answers.js"
  *  @import {Visit} from "../core/router.js" */
 
@@ -64,7 +63,7 @@ class ScanPage {
     this.kind.input.addEventListener("change", () => this.show());
     this.place = h("div", { class: "stack" });
     this.fields = sizeFields(context.guide.boards);
-    this.more = moreFields(context.choices.formats);
+    this.more = describedFields(context.choices.forms.scan);
     this.name = h("input", { maxlength: 120, required: true, value: "" });
     this.problem = h("div");
     this.button = h("button", { type: "submit", class: "main large" }, "Make the object");
@@ -72,11 +71,7 @@ class ScanPage {
       "details",
       {},
       h("summary", {}, "More options"),
-      h(
-        "div",
-        { class: "grid" },
-        Object.values(this.more).map((one) => one.node),
-      ),
+      grid(this.more),
     );
     this.takes = h("p", { class: "hint" });
     this.node = this.draw();
@@ -168,14 +163,13 @@ class ScanPage {
         fix: "Choose or bring it above.",
       });
     }
-    const more = Object.entries(this.more).map(([key, one]) => [key, one.read()]);
-    const options = this.cuts ? this.stood.read() : Object.fromEntries(more);
+    /** @type {Record<string, unknown>} */
     const json = {
       kind: "scan",
       name: this.name.value.trim(),
       source,
       ...this.fields.read(),
-      ...options,
+      ...(this.cuts ? this.stood.read() : saidIn(this.more)),
     };
     if (this.more.format.node.hidden) json.format = null;
     const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": this.key } });
@@ -247,40 +241,6 @@ function sizeFields(boards) {
     read: () => ({
       height: height.read(),
       board: board.node.hidden ? null : board.read() || null,
-    }),
-  };
-}
-
-/** @param {string[]} formats */
-function moreFields(formats) {
-  return {
-    format: formatField(formats),
-    method: choice("Measure the surface by", [
-      ["auto", "all there is"],
-      ["stereo", "pictures alone"],
-      ["depth", "the phone's LiDAR alone"],
-    ]),
-    symmetry: choice("Mirror symmetry", [
-      ["auto", "where the film does not go around"],
-      ["on", "wherever the object has it"],
-      ["off", "off: its halves differ"],
-    ]),
-    frames: number("Pictures to use", { value: 80, min: 12, max: 400, step: 1, required: true }),
-    vertices: number("Corners of the mesh", {
-      value: 10000,
-      min: 500,
-      max: 100000,
-      step: 500,
-      required: true,
-    }),
-    texture: tick("Paint a texture", {
-      checked: true,
-      hint: "Off: the mesh has colours at its corners alone.",
-    }),
-    draft: tick("A coarse draft", { checked: false, hint: "From few pictures, to try a take at once." }),
-    poses: tick("Use the phone's poses", {
-      checked: true,
-      hint: "Off: when they are wrong; then a size is needed.",
     }),
   };
 }
