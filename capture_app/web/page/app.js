@@ -57,11 +57,7 @@ function watchConnection() {
   connection.addEventListener("lost", () =>
     put(
       banner,
-      h(
-        "p",
-        {},
-        "omocap does not answer. Is it still running? This page goes on as soon as it is back.",
-      ),
+      h("p", {}, "omocap does not answer. Is it still running? This page goes on as soon as it is back."),
     ),
   );
   connection.addEventListener("back", () => {
@@ -98,8 +94,7 @@ here("skip").addEventListener("click", (event) => {
   main.focus();
 });
 // A file that misses the drop area must not replace the page.
-for (const event of ["dragover", "drop"])
-  addEventListener(event, (given) => given.preventDefault());
+for (const event of ["dragover", "drop"]) addEventListener(event, (given) => given.preventDefault());
 document.addEventListener("shown", (event) => {
   if (event instanceof CustomEvent) markNavigation(event.detail.path);
 });

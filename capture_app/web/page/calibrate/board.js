@@ -1,5 +1,5 @@
 // Which printed board, as it came out of the printer, and where it is on the object.
-import { h } from "../core/dom.js";
+import { box, h, inRow, stacked } from "../core/dom.js";
 import { choice, field, number } from "../parts/fields.js";
 import { PointPicker } from "../parts/pick_points.js";
 /** @import {Boards} from "../core/answers.js" */
@@ -86,14 +86,7 @@ export function boardField(boards, { changed = () => {}, print = true, none = ""
     input.addEventListener("change", () => (show(), changed()));
   show();
   return {
-    node: h(
-      "div",
-      { class: "stack" },
-      paper.node,
-      typed,
-      h("div", { class: "row" }, sheet),
-      ruler.node,
-    ),
+    node: stacked(paper.node, typed, inRow(sheet), ruler.node),
     read: () => {
       const known = board();
       // What cannot be read here is refused by the server, in words.
@@ -143,12 +136,7 @@ export function boardPlace(signal) {
   });
   /** @param {string | null} id */
   const show = (id) => picker.show(id);
-  const node = h(
-    "div",
-    { class: "split even" },
-    h("div", { class: "stack" }, picker.stage.node, picker.status),
-    picker.content,
-  );
+  const node = box("split even", stacked(picker.stage.node, picker.status), picker.content);
   return { node, picker, show, read };
 }
 
@@ -156,9 +144,5 @@ export function boardPlace(signal) {
 export function todo(lines) {
   if (!lines?.length) return null;
   if (lines.length === 1) return h("p", { class: "todo" }, lines[0]);
-  return h(
-    "ol",
-    { class: "todo" },
-    lines.map((line) => h("li", {}, line)),
-  );
+  return h("ol", { class: "todo" }, lines.map((line) => h("li", {}, line)));
 }

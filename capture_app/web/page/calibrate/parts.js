@@ -1,10 +1,8 @@
 // What several ways share: the recording, the board and where it is, a look at what was brought.
 import { api } from "../core/api.js";
-import { h } from "../core/dom.js";
 import { brought } from "../parts/brought.js";
 import { boardField, boardPlace, todo } from "./board.js";
-/** @import {Child} from "../core/dom.js"
- *  @import {Look} from "../parts/brought.js"
+/** @import {Look} from "../parts/brought.js"
  *  @import {Context} from "./recorded.js" */
 
 /** @typedef {Record<string, string[]>} Steps */
@@ -59,9 +57,4 @@ export function boardParts(context, steps, again) {
       place: place.read(board.size() ?? { width: 0, height: 0 }),
     }),
   };
-}
-
-/** @param {string} words @param {Child} content */
-export function folded(words, content) {
-  return h("details", {}, h("summary", {}, words), content);
 }

@@ -1,6 +1,6 @@
 // A calibration by recordings: what to do, what to bring, each thing looked at as it comes, one button.
 import { ApiError, api } from "../core/api.js";
-import { h, put } from "../core/dom.js";
+import { h, hintLine, inRow, put, stacked } from "../core/dom.js";
 import { address, go } from "../core/router.js";
 import { attempt } from "../parts/fields.js";
 import { objectField } from "../parts/mount_form.js";
@@ -48,7 +48,7 @@ export function recordedForm(build) {
         title: "The mount",
         content: [
           h("label", { class: "field" }, h("span", {}, "Name of the mount"), name),
-          h("div", { class: "row" }, button),
+          inRow(button),
           problem,
         ],
       },
@@ -66,9 +66,7 @@ export function recordedForm(build) {
           change: () => put(problem),
         },
       },
-      parts.map(({ title, content }, at) =>
-        numbered(at + 1, title, h("div", { class: "stack" }, content)),
-      ),
+      parts.map(({ title, content }, at) => numbered(at + 1, title, stacked(content))),
     );
   };
 }
@@ -99,9 +97,7 @@ function refuseMissing(order) {
 }
 
 function meshHint() {
-  return h(
-    "p",
-    { class: "hint" },
+  return hintLine(
     "Not there yet? ",
     h("a", { href: "#/" }, "Bring its mesh"),
     " or ",

@@ -1,10 +1,10 @@
 // The ways that need a recording: which parts each has, and what it orders.
-import { h } from "../core/dom.js";
+import { folded, h } from "../core/dom.js";
 import { brought } from "../parts/brought.js";
 import { choice, number } from "../parts/fields.js";
 import { todo } from "./board.js";
 import { cameraFields, matrixField } from "./camera.js";
-import { boardParts, folded, looker, recording, stepsOf } from "./parts.js";
+import { boardParts, looker, recording, stepsOf } from "./parts.js";
 import { recordedForm } from "./recorded.js";
 
 export const board = recordedForm((context) => {
@@ -159,10 +159,7 @@ export const tracker = recordedForm((context) => {
 
 export const floor = recordedForm((context) => {
   const log = recording(context, {});
-  const mount = choice(
-    "The mount to be made surer",
-    context.mounts.map(({ id, name }) => [id, name]),
-  );
+  const mount = choice("The mount to be made surer", context.mounts.map(({ id, name }) => [id, name]));
   const height = number("From the floor up to the lens, where the object first rests", {
     unit: "m",
     min: 0.01,

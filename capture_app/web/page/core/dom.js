@@ -20,6 +20,36 @@ export function h(tag, props = {}, ...children) {
   return element;
 }
 
+/** @param {string} look its classes @param {Child[]} children */
+export const box = (look, ...children) => h("div", { class: look }, children);
+
+/** @param {Child[]} children */
+export const inRow = (...children) => box("row", children);
+
+/** @param {Child[]} children */
+export const stacked = (...children) => box("stack", children);
+
+/** A line that explains. @param {Child[]} children */
+export const hintLine = (...children) => h("p", { class: "hint" }, children);
+
+/** What is shown when its title is clicked. @param {Child} title @param {Child[]} children */
+export const folded = (title, ...children) => h("details", {}, h("summary", {}, title), children);
+
+/** Names and values; a value that is not known is a dash. @param {unknown[][]} facts */
+export const factList = (facts) =>
+  h(
+    "dl",
+    { class: "facts" },
+    facts.map(([key, value]) => h("div", {}, h("dt", {}, String(key)), h("dd", {}, String(value ?? "–")))),
+  );
+
+/** A part of a page with its heading. @param {string} title @param {Child[]} children */
+export const part = (title, ...children) => h("section", {}, h("h2", {}, title), children);
+
+/** The same on a card. @param {string} title @param {Child[]} children */
+export const card = (title, ...children) =>
+  h("section", { class: "card stack" }, h("h2", {}, title), children);
+
 /** An element of a picture.
  *  @param {string} tag @param {Record<string, string | number>} attributes @param {Child[]} children */
 export function svg(tag, attributes = {}, ...children) {

@@ -1,6 +1,6 @@
 // Words and actions shared by all that lies in the library.
 import { api } from "./api.js";
-import { h } from "./dom.js";
+import { h, hintLine, inRow } from "./dom.js";
 import { go } from "./router.js";
 import { confirmed, renamed } from "../parts/dialog.js";
 /** @import {Item, Shelf} from "./answers.js"
@@ -14,20 +14,13 @@ export const ONE = { sessions: "recording", objects: "object", mounts: "mount", 
 export function itemButtons(kind, item, changed) {
   const rename = async () => {
     await renamed(item.name, async (/** @type {string} */ name) => {
-      Object.assign(
-        item,
-        await api(`/api/${kind}/${item.id}`, { method: "PATCH", json: { name } }),
-      );
+      Object.assign(item, await api(`/api/${kind}/${item.id}`, { method: "PATCH", json: { name } }));
       changed(item);
     });
   };
   return [
     h("button", { type: "button", class: "quiet", on: { click: rename } }, "Rename"),
-    h(
-      "button",
-      { type: "button", class: "quiet", on: { click: () => remove(kind, item) } },
-      "Delete",
-    ),
+    h("button", { type: "button", class: "quiet", on: { click: () => remove(kind, item) } }, "Delete"),
   ];
 }
 
@@ -53,7 +46,7 @@ export function itemHead(kind, item, line, ...more) {
   return h(
     "header",
     { class: "head" },
-    h("div", {}, name, line && h("p", { class: "hint" }, line)),
-    h("div", { class: "row" }, more, itemButtons(kind, item, changed)),
+    h("div", {}, name, line && hintLine(line)),
+    inRow(more, itemButtons(kind, item, changed)),
   );
 }

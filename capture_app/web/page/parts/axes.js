@@ -12,8 +12,7 @@ export function showAxes(stage) {
   const draw = () => stage.viewer && put(picture, lines(stage.viewer));
   const soon = () => requestAnimationFrame(draw);
   stage.addEventListener("opened", draw);
-  for (const event of ["pointermove", "wheel", "keydown"])
-    stage.canvas.addEventListener(event, soon);
+  for (const event of ["pointermove", "wheel", "keydown"]) stage.canvas.addEventListener(event, soon);
   new ResizeObserver(soon).observe(stage.canvas);
 }
 

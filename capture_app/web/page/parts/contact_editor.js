@@ -1,6 +1,6 @@
 // Correct which hand holds when and where, and have the motion solved again.
 import { api } from "../core/api.js";
-import { h, say } from "../core/dom.js";
+import { box, h, inRow, say } from "../core/dom.js";
 import { go } from "../core/router.js";
 import { store, stored } from "../core/stored.js";
 import { confirmed } from "./dialog.js";
@@ -43,15 +43,8 @@ class Editor {
     this.itself.input.addEventListener("change", () => this.switched());
     this.hint = h("p", { class: "hint", role: "status" });
     this.problem = h("div");
-    this.tools = h("div", { class: "row" }, this.solve, this.stop, this.itself.node, grid(this.options));
-    this.node = h(
-      "div",
-      { class: "stack tight" },
-      h("div", { class: "row" }, this.edit),
-      this.hint,
-      this.tools,
-      this.problem,
-    );
+    this.tools = inRow(this.solve, this.stop, this.itself.node, grid(this.options));
+    this.node = box("stack tight", inRow(this.edit), this.hint, this.tools, this.problem);
     this.trial = new Trial(item.id, stage, (words) => say(this.hint, words));
     grips(stage, () => this.able, () => this.begin({ quiet: true }));
     const { signal } = stage;

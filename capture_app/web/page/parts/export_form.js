@@ -1,6 +1,6 @@
 // The motion for another program.
 import { api } from "../core/api.js";
-import { h, put, say } from "../core/dom.js";
+import { folded, h, inRow, put, say } from "../core/dom.js";
 import { announce } from "../core/live.js";
 import { poll } from "../core/poll.js";
 import { ended } from "../core/words.js";
@@ -21,8 +21,12 @@ export function exportForm(item, choices, { sample, signal, made }) {
   // A format that has an axis or a unit by definition leaves no choice of another one.
   const narrow = () => {
     const { ups = [], units = [] } = choices.exports.find((one) => one.to === to.read()) ?? {};
-    for (const [input, allowed] of /** @type {[any, string[]][]} */ ([[more.up.input, ups], [more.units.input, units]])) {
-      for (const option of input.options) option.disabled = option.value !== "" && !allowed.includes(option.value);
+    for (const [input, allowed] of /** @type {[any, string[]][]} */ ([
+      [more.up.input, ups],
+      [more.units.input, units],
+    ])) {
+      for (const option of input.options)
+        option.disabled = option.value !== "" && !allowed.includes(option.value);
       if (input.selectedOptions[0].disabled) input.value = "";
     }
   };
@@ -49,13 +53,8 @@ export function exportForm(item, choices, { sample, signal, made }) {
       },
     },
     to.node,
-    h(
-      "details",
-      {},
-      h("summary", {}, "Options"),
-      grid(more),
-    ),
-    h("div", { class: "row" }, button),
+    folded("Options", grid(more)),
+    inRow(button),
     status,
     problem,
   );

@@ -1,6 +1,6 @@
 // Form fields with their labels and hints, and a button that waits for what it does.
 import { inWords } from "../core/api.js";
-import { freshId, h, put } from "../core/dom.js";
+import { box, freshId, h, put } from "../core/dom.js";
 import { trouble } from "./trouble.js";
 /** @import {Described} from "../core/answers.js"
  *  @import {Props} from "../core/dom.js" */
@@ -18,12 +18,7 @@ import { trouble } from "./trouble.js";
 export function field(label, input, hint = "") {
   const id = freshId("hint");
   if (hint) input.setAttribute("aria-describedby", id);
-  return h(
-    "div",
-    { class: "field" },
-    h("label", {}, h("span", {}, label), input),
-    hint && h("p", { class: "hint", id }, hint),
-  );
+  return box("field", h("label", {}, h("span", {}, label), input), hint && h("p", { class: "hint", id }, hint));
 }
 
 /** A number field; `unit` stands behind it.
@@ -45,9 +40,8 @@ export function number(
   input.id = id;
   const hintId = freshId("hint");
   if (hint) input.setAttribute("aria-describedby", hintId);
-  const node = h(
-    "div",
-    { class: "field" },
+  const node = box(
+    "field",
     h("label", { for: id }, h("span", {}, unit ? `${label} (${unit})` : label)),
     input,
     hint && h("p", { class: "hint", id: hintId }, hint),
@@ -59,11 +53,7 @@ export function number(
  *  @param {string} label @param {string[][]} options
  *  @param {{value?: string, hint?: string}} asked @returns {Choice} */
 export function choice(label, options, { value = options[0]?.[0], hint = "" } = {}) {
-  const input = h(
-    "select",
-    {},
-    options.map(([key, words]) => h("option", { value: key }, words)),
-  );
+  const input = h("select", {}, options.map(([key, words]) => h("option", { value: key }, words)));
   if (value !== undefined) input.value = value;
   return { node: field(label, input, hint), input, read: () => input.value };
 }
@@ -96,7 +86,7 @@ export function saidIn(fields) {
 
 /** Fields side by side. @param {Record<string, {node: HTMLElement}>} fields */
 export function grid(fields) {
-  return h("div", { class: "grid" }, Object.values(fields).map(({ node }) => node));
+  return box("grid", Object.values(fields).map(({ node }) => node));
 }
 
 /** A button that does something at once; `more` of its attributes.
@@ -111,9 +101,8 @@ export function tick(label, { checked = false, hint = "" } = {}) {
   const input = h("input", { type: "checkbox", checked });
   const id = freshId("hint");
   if (hint) input.setAttribute("aria-describedby", id);
-  const node = h(
-    "div",
-    { class: "field" },
+  const node = box(
+    "field",
     h("label", { class: "tick" }, input, h("span", {}, label)),
     hint && h("p", { class: "hint", id }, hint),
   );

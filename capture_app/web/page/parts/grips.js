@@ -51,8 +51,7 @@ class Grip {
     const contact = able && viewer && !viewer.playing ? this.contact : null;
     if (contact && viewer) this.at = viewer.contactAt(contact);
     const { x, y } = this.at;
-    this.handle.hidden =
-      !contact || x < 0 || y < 0 || x > canvas.clientWidth || y > canvas.clientHeight;
+    this.handle.hidden = !contact || x < 0 || y < 0 || x > canvas.clientWidth || y > canvas.clientHeight;
     Object.assign(this.handle.style, { left: `${x}px`, top: `${y}px` });
   }
 

@@ -1,6 +1,6 @@
 // The token that a server beyond this computer asks for.
 import { api } from "../core/api.js";
-import { h } from "../core/dom.js";
+import { h, inRow } from "../core/dom.js";
 import { attempt, field } from "./fields.js";
 
 /** A page that asks for the token; `entered()` when it was right. @param {() => void} entered */
@@ -25,7 +25,7 @@ export function login(entered) {
     h("h1", {}, "This omocap asks for its token"),
     h("p", {}, "It is what omocap serve printed when it was started."),
     field("Token", token),
-    h("div", { class: "row" }, button),
+    inRow(button),
     problem,
   );
 }

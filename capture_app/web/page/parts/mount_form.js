@@ -1,6 +1,6 @@
 // What the forms of a mount share: the name, the phone, and what happens when it is kept.
 import { api } from "../core/api.js";
-import { h, say } from "../core/dom.js";
+import { box, h, inRow, say, stacked } from "../core/dom.js";
 import { address, go } from "../core/router.js";
 import { attempt, choice, number } from "./fields.js";
 /** @import {Phone, Thing} from "../core/answers.js" */
@@ -35,7 +35,7 @@ export function mountForm({ back, name, content, read }) {
     },
     content,
     h("label", { class: "field" }, h("span", {}, "Name of the mount"), title),
-    h("div", { class: "row" }, button),
+    inRow(button),
     problem,
   );
 }
@@ -59,16 +59,7 @@ export function phoneFields(phones) {
   ];
   const ruler = [width, height, ...lens];
   const why = h("p", { class: "hint" });
-  const measured = h(
-    "div",
-    { class: "stack" },
-    why,
-    h(
-      "div",
-      { class: "grid" },
-      ruler.map((one) => one.node),
-    ),
-  );
+  const measured = stacked(why, box("grid", ruler.map((one) => one.node)));
   const chosen = () => phones.find(({ name }) => name === model.read());
   const show = () => {
     const phone = chosen();
@@ -81,7 +72,7 @@ export function phoneFields(phones) {
   model.input.addEventListener("change", show);
   show();
   return {
-    node: h("div", { class: "stack" }, model.node, measured),
+    node: stacked(model.node, measured),
     /** Whether all is said that is asked. */
     known: () => measured.hidden || ruler.every((one) => one.read() !== null),
     read: () => ({

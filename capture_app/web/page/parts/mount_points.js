@@ -1,5 +1,5 @@
 // The mount by points: each a point of the phone, clicked where it was on the object.
-import { h } from "../core/dom.js";
+import { box, h, stacked } from "../core/dom.js";
 import { mountLook } from "./mount_look.js";
 import { mountForm, objectField, phoneFields } from "./mount_form.js";
 import { phonePicture } from "./phone_picture.js";
@@ -33,11 +33,10 @@ export function pointsForm({ choices, objects, object, back, signal }) {
   });
   picker.addEventListener("change", look.ask);
   phone.node.addEventListener("change", look.ask);
-  const content = h("div", { class: "stack" }, thing.node, phone.node, picker.content, look.node);
-  return h(
-    "div",
-    { class: "split" },
-    h("div", { class: "stack" }, picker.stage.node, picker.status),
+  const content = stacked(thing.node, phone.node, picker.content, look.node);
+  return box(
+    "split",
+    stacked(picker.stage.node, picker.status),
     h("section", { class: "card" }, mountForm({ back, name: "Mount by points", content, read })),
   );
 }
@@ -51,8 +50,7 @@ function cornersFirst(names) {
 
 /** @param {{chosen: string, left: number}} now */
 function words({ chosen, left }) {
-  if (left > 0)
-    return `Click where the phone's “${chosen}” is on the object. ${left} more at least.`;
+  if (left > 0) return `Click where the phone's “${chosen}” is on the object. ${left} more at least.`;
   if (left === 0) return "Enough to try. One or two more, far from the others, show mistakes.";
   return "Does the phone stand as you clamped it? Then keep this mount, or add more points.";
 }

@@ -1,6 +1,6 @@
 // The few options of a motion, and the button that makes it.
 import { api } from "../core/api.js";
-import { freshId, h, say } from "../core/dom.js";
+import { folded, freshId, h, inRow, say } from "../core/dom.js";
 import { address, go } from "../core/router.js";
 import { attempt, describedFields, grid, saidIn, tick } from "./fields.js";
 import { remembered } from "./remembered.js";
@@ -26,23 +26,13 @@ export function orderForm(session, choices, changed) {
   const button = h("button", { type: "submit", class: "main large" }, "Make the motion");
   button.setAttribute("aria-describedby", why.id);
   const known = grid(reading);
-  const more = h(
-    "details",
-    {},
-    h("summary", {}, "More options"),
+  const more = folded(
+    "More options",
     grid(group("more")),
     h("h3", {}, "What the recording does not say"),
     known,
   );
-  const node = h(
-    "form",
-    { class: "stack" },
-    grid(group("main")),
-    more,
-    why,
-    h("div", { class: "row" }, button),
-    problem,
-  );
+  const node = h("form", { class: "stack" }, grid(group("main")), more, why, inRow(button), problem);
   const key = freshKey();
   /** @type {With} */
   let chosen = { object: null, mount: null };

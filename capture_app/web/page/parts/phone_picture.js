@@ -13,8 +13,7 @@ export function phonePicture(point) {
   const left = (side === "left") !== back;
   const inset = point === "lens" ? 13 : 0;
   const x = side ? (left ? inset : WIDTH - inset) : middle;
-  const y =
-    point === "lens" ? 13 : /top/.test(point) ? 0 : /bottom/.test(point) ? HEIGHT : HEIGHT / 2;
+  const y = point === "lens" ? 13 : /top/.test(point) ? 0 : /bottom/.test(point) ? HEIGHT : HEIGHT / 2;
   const label = `${point}, seen from ${back ? "behind" : "the front"}`;
   return svg(
     "svg",

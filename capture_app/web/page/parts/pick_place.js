@@ -1,5 +1,5 @@
 // Where in the mesh of a room the object stands, by a click on it.
-import { h } from "../core/dom.js";
+import { stacked } from "../core/dom.js";
 import { PointPicker } from "./pick_points.js";
 
 /** Where in a room the object stands, by a click. {node, picker, read()} @param {AbortSignal} signal */
@@ -13,7 +13,7 @@ export function standsAt(signal) {
     words: ({ left }) => (left > 0 ? "Click on the object." : "Good."),
     signal,
   });
-  const node = h("div", { class: "stack" }, picker.stage.node, picker.status, picker.content);
+  const node = stacked(picker.stage.node, picker.status, picker.content);
   const read = () => ({ method: "mesh", at: picker.points[0]?.at ?? null });
   return { node, picker, read };
 }

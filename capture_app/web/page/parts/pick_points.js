@@ -1,5 +1,5 @@
 // Named points, each clicked on the object in 3D or typed.
-import { h, put, say } from "../core/dom.js";
+import { box, folded, h, inRow, put, say, stacked } from "../core/dom.js";
 import { announce } from "../core/live.js";
 import { choice, number } from "./fields.js";
 import { Stage } from "./stage.js";
@@ -45,19 +45,13 @@ export class PointPicker extends EventTarget {
     canvas.classList.add("picking");
     canvas.addEventListener("click", (event) => this.clicked(event));
     this.status = h("p", { class: "hint", role: "status" });
-    this.point = choice(
-      label,
-      names.map((name) => [name, name]),
-    );
+    this.point = choice(label, names.map((name) => [name, name]));
     this.point.input.addEventListener("change", () => this.refresh());
     this.picture = h("div");
     this.list = h("ol", { class: "pairs" });
     this.typed = ["x", "y", "z"].map((axis) => number(axis, { unit: "cm" }));
-    this.content = h(
-      "div",
-      { class: "stack" },
-      names.length > 1 &&
-        h("div", { class: "row beside" }, picture && this.picture, this.point.node),
+    this.content = stacked(
+      names.length > 1 && box("row beside", picture && this.picture, this.point.node),
       this.list,
       this.byHand(),
     );
@@ -73,16 +67,10 @@ export class PointPicker extends EventTarget {
       },
       "Add this point",
     );
-    return h(
-      "details",
-      {},
-      h("summary", {}, "Type the place instead of clicking"),
-      h(
-        "div",
-        { class: "grid" },
-        this.typed.map((one) => one.node),
-      ),
-      h("div", { class: "row" }, add),
+    return folded(
+      "Type the place instead of clicking",
+      box("grid", this.typed.map((one) => one.node)),
+      inRow(add),
     );
   }
 
@@ -123,10 +111,7 @@ export class PointPicker extends EventTarget {
 
   refresh() {
     if (this.drawing) put(this.picture, this.drawing(this.point.read()));
-    put(
-      this.list,
-      this.points.map((point) => this.row(point)),
-    );
+    put(this.list, this.points.map((point) => this.row(point)));
     this.stage.mark(this.points.map((point) => point.at));
     const left = this.enough - this.points.length;
     say(
@@ -149,12 +134,6 @@ export class PointPicker extends EventTarget {
       "Remove",
     );
     const place = `${point.at.map((x) => (100 * x).toFixed(1)).join(", ")} cm`;
-    return h(
-      "li",
-      {},
-      h("span", {}, point.name),
-      h("span", { class: "hint figures" }, place),
-      remove,
-    );
+    return h("li", {}, h("span", {}, point.name), h("span", { class: "hint figures" }, place), remove);
   }
 }

@@ -1,5 +1,5 @@
 // What the user knows of a recording that its log does not say, or not rightly.
-import { h } from "../core/dom.js";
+import { h, stacked } from "../core/dom.js";
 import { choice, field } from "./fields.js";
 /** @import {Field} from "./fields.js" */
 
@@ -39,8 +39,7 @@ export function upField() {
   };
   which.input.addEventListener("change", show);
   show();
-  const direction = () =>
-    input.value && input.checkValidity() ? input.value.split(",").map(Number) : null;
+  const direction = () => (input.value && input.checkValidity() ? input.value.split(",").map(Number) : null);
   const read = () => (which.read() === DIRECTION ? direction() : which.read() || null);
-  return { node: h("div", { class: "stack" }, which.node, typed), input: which.input, read };
+  return { node: stacked(which.node, typed), input: which.input, read };
 }

@@ -1,6 +1,6 @@
 // The 3D view with its clock: play, speed, cameras, layers, and a timeline for each scene.
 import { bytes, inWords } from "../core/api.js";
-import { h, put } from "../core/dom.js";
+import { box, h, hintLine, put } from "../core/dom.js";
 import { trouble } from "./trouble.js";
 /** @import {Film} from "/static/viewer/film.js"
  *  @import {Pack} from "/static/viewer/pack.js"
@@ -60,24 +60,17 @@ export class Stage extends EventTarget {
     this.canvas.addEventListener("pointerdown", (event) => {
       this.down = [event.offsetX, event.offsetY];
     });
-    this.names = h("div", { class: "stage-names" });
-    this.message = h("div", { class: "stage-message" });
-    this.picture = h("div", { class: "stage-film" });
-    this.frame = h(
-      "div",
-      { class: "stage-frame" },
-      this.canvas,
-      this.names,
-      this.picture,
-      this.message,
-    );
-    this.side = h("div", { class: "stage-side" });
-    this.bar = h("div", { class: "stage-bar" });
-    this.tracks = h("div", { class: "stage-tracks" });
+    this.names = box("stage-names");
+    this.message = box("stage-message");
+    this.picture = box("stage-film");
+    this.frame = box("stage-frame", this.canvas, this.names, this.picture, this.message);
+    this.side = box("stage-side");
+    this.bar = box("stage-bar");
+    this.tracks = box("stage-tracks");
     this.node = h(
       "div",
       { class: controls ? "stage full" : "stage" },
-      h("div", { class: "stage-middle" }, this.frame, this.side),
+      box("stage-middle", this.frame, this.side),
       this.bar,
       this.tracks,
     );
@@ -177,8 +170,8 @@ export class Stage extends EventTarget {
 
   /** Where the timeline of a scene goes. @param {Scene} scene */
   track({ name }) {
-    const host = h("div", { class: "stage-track" });
-    this.tracks.append(this.scenes.length > 1 ? h("p", { class: "hint" }, name) : "", host);
+    const host = box("stage-track");
+    this.tracks.append(this.scenes.length > 1 ? hintLine(name) : "", host);
     return host;
   }
 

@@ -16,11 +16,7 @@ export function stageList(job) {
     ...known,
     ...seen.filter((stage, at) => !known.includes(stage) && seen.indexOf(stage) === at),
   ];
-  return h(
-    "ol",
-    { class: "stages" },
-    stages.map((stage) => item(stage, job)),
-  );
+  return h("ol", { class: "stages" }, stages.map((stage) => item(stage, job)));
 }
 
 /** @param {string} stage @param {Job} job */

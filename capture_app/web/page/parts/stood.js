@@ -1,6 +1,6 @@
 // Say where the person stood when the take began, and have the motion made again from there.
 import { api } from "../core/api.js";
-import { h, say } from "../core/dom.js";
+import { box, h, inRow, say, stacked } from "../core/dom.js";
 import { announce } from "../core/live.js";
 import { go } from "../core/router.js";
 import { attempt, button, number } from "./fields.js";
@@ -39,26 +39,10 @@ class Stood {
     this.stop = button("Leave it as it is", () => this.finish());
     this.typed = ["x", "y"].map((axis) => number(`Place, ${axis}`, { unit: "m", step: 0.01 }));
     for (const { input } of this.typed) input.addEventListener("input", () => this.typing());
-    this.tools = h(
-      "div",
-      { class: "stack" },
-      h(
-        "div",
-        { class: "grid" },
-        this.typed.map(({ node }) => node),
-      ),
-      h("div", { class: "row" }, this.make, this.stop),
-    );
+    this.tools = stacked(box("grid", this.typed.map(({ node }) => node)), inRow(this.make, this.stop));
     this.hint = h("p", { class: "hint", role: "status" });
     this.problem = h("div");
-    this.node = h(
-      "div",
-      { class: "stack" },
-      h("div", { class: "row" }, this.begin),
-      this.tools,
-      this.hint,
-      this.problem,
-    );
+    this.node = stacked(inRow(this.begin), this.tools, this.hint, this.problem);
     stage.canvas.addEventListener("click", (event) => this.clicked(event));
     stage.addEventListener("opened", () => this.reset());
     this.reset();

@@ -1,5 +1,5 @@
 // The way back to the recording that something was made for.
-import { h } from "../core/dom.js";
+import { h, inRow } from "../core/dom.js";
 import { address, parse } from "../core/router.js";
 
 /** A link that uses the item there; null without a recording. kind: "mount" or "object".
@@ -8,9 +8,5 @@ export function useIt(kind, item, back) {
   if (!back?.startsWith("#/sessions/")) return null;
   const { path, query } = parse(back);
   const chosen = { ...Object.fromEntries(query), [kind]: item.id };
-  return h(
-    "div",
-    { class: "row" },
-    h("a", { class: "button main", href: address(path, chosen) }, "Use it for the recording"),
-  );
+  return inRow(h("a", { class: "button main", href: address(path, chosen) }, "Use it for the recording"));
 }

@@ -1,6 +1,6 @@
 // Videos of a motion: seen from elsewhere, or in a film of the take.
 import { ApiError, api } from "../core/api.js";
-import { h, say } from "../core/dom.js";
+import { folded, h, inRow, say, stacked } from "../core/dom.js";
 import { address, go } from "../core/router.js";
 import { boardField, boardPlace } from "../calibrate/board.js";
 import { cameraFields } from "../calibrate/camera.js";
@@ -61,7 +61,7 @@ export function overlayForm(item, context) {
     film.node,
     unseen,
     other.node,
-    h("details", {}, h("summary", {}, "How it looks, and when"), grid(fields)),
+    folded("How it looks, and when", grid(fields)),
   ]);
 }
 
@@ -94,13 +94,8 @@ function otherFilm(item, { guide, videos, sessions, signal }) {
   const board = boardField(guide.boards, { print: false });
   const where = boardPlace(signal);
   const camera = cameraFields({ pose: true });
-  const known = h(
-    "details",
-    {},
-    h("summary", {}, "I know where the board is on the object"),
-    where.node,
-  );
-  const numbers = h("details", {}, h("summary", {}, "The camera's numbers"), camera.node);
+  const known = folded("I know where the board is on the object", where.node);
+  const numbers = folded("The camera's numbers", camera.node);
   known.addEventListener("toggle", () => known.open && where.show(item.object ?? null));
   const show = () => {
     const by = place.read();
@@ -133,7 +128,7 @@ function otherFilm(item, { guide, videos, sessions, signal }) {
     };
   };
   return {
-    node: h("div", { class: "stack" }, film.node, place.node, board.node, known, numbers),
+    node: stacked(film.node, place.node, board.node, known, numbers),
     read,
   };
 }
@@ -160,7 +155,7 @@ function orderForm(words, read, fields) {
       },
     },
     fields,
-    h("div", { class: "row" }, button),
+    inRow(button),
     problem,
   );
 }

@@ -79,7 +79,10 @@ function parted(one) {
   }
   if (folders.size > 1) return [one];
   const inner = [...folders].map(([name, files]) => ({ name, folder: true, files }));
-  return [...inner, ...beside.map(({ path, file }) => ({ name: path, folder: false, files: [{ path, file }] }))];
+  return [
+    ...inner,
+    ...beside.map(({ path, file }) => ({ name: path, folder: false, files: [{ path, file }] })),
+  ];
 }
 
 /** One order of one kind, whatever the files look like.

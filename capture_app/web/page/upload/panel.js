@@ -1,6 +1,6 @@
 // An upload as it is seen: how far, how long still, pause, cancel, and what went wrong.
 import { inWords } from "../core/api.js";
-import { h, put, say } from "../core/dom.js";
+import { h, inRow, put, say } from "../core/dom.js";
 import { announce } from "../core/live.js";
 import { count, size, span } from "../core/words.js";
 import { attempt } from "../parts/fields.js";
@@ -16,12 +16,7 @@ const KIND = {
   material: "Files",
 };
 /** @type {[string, number][]} */
-const UNITS = [
-  ["metres", 1],
-  ["centimetres", 0.01],
-  ["millimetres", 0.001],
-  ["inches", 0.0254],
-];
+const UNITS = [["metres", 1], ["centimetres", 0.01], ["millimetres", 0.001], ["inches", 0.0254]];
 
 /** A card for an Upload; it goes on living while the upload does. `gone` is called when cancelled.
  *  @param {Upload} upload */
@@ -35,7 +30,7 @@ export function uploadPanel(upload, gone = () => {}) {
   const problem = h("div");
   const pause = h("button", { type: "button", class: "quiet" });
   const cancel = h("button", { type: "button", class: "quiet" }, "Cancel");
-  const buttons = h("div", { class: "row" }, pause, cancel);
+  const buttons = inRow(pause, cancel);
   const node = h(
     "section",
     { class: "card upload", "aria-label": `Upload: ${upload.order.name}` },
@@ -56,10 +51,7 @@ export function uploadPanel(upload, gone = () => {}) {
   const show = () => {
     bar.value = 1000 * (upload.size ? upload.received / upload.size : 1);
     say(line, words(upload));
-    say(
-      pause,
-      upload.state === "failed" ? "Try again" : upload.state === "paused" ? "Go on" : "Pause",
-    );
+    say(pause, upload.state === "failed" ? "Try again" : upload.state === "paused" ? "Go on" : "Pause");
     buttons.hidden = ["finishing", "done"].includes(upload.state);
     told(upload, problem);
   };
@@ -74,9 +66,7 @@ function words(upload) {
   const far = `${size(received)} of ${size(whole)}`;
   const left = upload.secondsLeft;
   const time =
-    left !== null && left < 1e6
-      ? ` · ${size(upload.rate)}/s · about ${span(Math.max(left, 1))} left`
-      : "";
+    left !== null && left < 1e6 ? ` · ${size(upload.rate)}/s · about ${span(Math.max(left, 1))} left` : "";
   return {
     starting: `${count(upload.order.files.length, "file")}, ${size(whole)}`,
     sending: `${far}${time}`,

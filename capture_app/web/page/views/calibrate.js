@@ -1,6 +1,6 @@
 // Find where the phone sits on the object: which way, and the form of that way.
 import { api } from "../core/api.js";
-import { h, put } from "../core/dom.js";
+import { box, h, put, stacked } from "../core/dom.js";
 import { address } from "../core/router.js";
 import * as recorded from "../calibrate/ways.js";
 import { drawingForm } from "../parts/mount_drawing.js";
@@ -75,11 +75,10 @@ export async function calibrate({ query, signal }) {
   const [choices, objects, sessions, videos, materials, mounts, guide] = await Promise.all(
     BROUGHT.map((what) => api(`/api/${what}`, { signal })),
   );
-  const page = h("div", { class: "stack" });
-  const ways = h("div", { class: "stack" });
-  const node = h(
-    "div",
-    { class: "stack wide" },
+  const page = box("stack");
+  const ways = box("stack");
+  const node = box(
+    "stack wide",
     h(
       "header",
       {},
@@ -124,9 +123,7 @@ function drawWays(place, current, query) {
       "details",
       { open: current !== null && !(current in RECOMMENDED) },
       h("summary", {}, "Other ways"),
-      h(
-        "div",
-        { class: "stack" },
+      stacked(
         group("Record something else", RECORDED, current, query),
         group("Without a recording", BY_HAND, current, query),
       ),

@@ -1,6 +1,6 @@
 // Motions beside each other, on one clock.
 import { api } from "../core/api.js";
-import { h, put } from "../core/dom.js";
+import { box, h, inRow, part, put, stacked } from "../core/dom.js";
 import { address, go } from "../core/router.js";
 import { span } from "../core/words.js";
 import { doing } from "../parts/fields.js";
@@ -52,26 +52,19 @@ class Comparison {
     });
     this.problem = h("div");
     this.over = h("input", { type: "checkbox", on: { change: () => this.arrange() } });
-    this.on = h(
-      "div",
-      { class: "stack" },
+    this.on = stacked(
       this.stage.node,
       h("label", { class: "tick" }, this.over, h("span", {}, "On top of each other")),
       this.numbers,
-      h(
-        "div",
-        { class: "row" },
-        doing("Make a video of this", () => this.film(), { place: this.problem }),
-      ),
+      inRow(doing("Make a video of this", () => this.film(), { place: this.problem })),
       this.problem,
     );
-    this.node = h(
-      "div",
-      { class: "stack wide" },
+    this.node = box(
+      "stack wide",
       h("h1", {}, "Compare motions"),
       this.hint,
       this.on,
-      h("section", {}, h("h2", {}, "Which motions"), this.picks),
+      part("Which motions", this.picks),
     );
   }
 
@@ -84,16 +77,10 @@ class Comparison {
     this.on.hidden = few;
     put(
       this.hint,
-      this.results.length === 0
-        ? "There is no motion yet."
-        : few
-          ? "Choose two or more below."
-          : "",
+      this.results.length === 0 ? "There is no motion yet." : few ? "Choose two or more below." : "",
     );
     if (few) return;
-    this.stage.open(
-      this.chosen.map((id) => ({ url: `/api/results/${id}/scene`, name: this.named(id) })),
-    );
+    this.stage.open(this.chosen.map((id) => ({ url: `/api/results/${id}/scene`, name: this.named(id) })));
     this.drawNumbers();
   }
 
@@ -109,7 +96,7 @@ class Comparison {
 
   drawPicks() {
     if (this.boxes) {
-      for (const [id, box] of this.boxes) box.checked = this.chosen.includes(id);
+      for (const [id, tickBox] of this.boxes) tickBox.checked = this.chosen.includes(id);
       return;
     }
     const boxes = new Map();
@@ -118,19 +105,19 @@ class Comparison {
       this.picks,
       h("legend", { class: "unseen" }, "Motions"),
       this.results.map((one) => {
-        const box = h("input", {
+        const tickBox = h("input", {
           type: "checkbox",
           checked: this.chosen.includes(one.id),
-          on: { change: () => this.toggle(one.id, box.checked) },
+          on: { change: () => this.toggle(one.id, tickBox.checked) },
         });
-        boxes.set(one.id, box);
+        boxes.set(one.id, tickBox);
         const line = [one.object_name, one.seconds && span(one.seconds), one.parent && "corrected"]
           .filter(Boolean)
           .join(" · ");
         return h(
           "label",
           { class: "pick" },
-          box,
+          tickBox,
           h("span", {}, h("b", {}, one.name), h("span", { class: "hint" }, line)),
         );
       }),
@@ -151,9 +138,7 @@ class Comparison {
 
   async drawNumbers() {
     /** @type {Result[]} */
-    const all = await Promise.all(
-      this.chosen.map((id) => api(`/api/results/${id}`, { signal: this.signal })),
-    );
+    const all = await Promise.all(this.chosen.map((id) => api(`/api/results/${id}`, { signal: this.signal })));
     /** @param {typeof SCORES[number]} score */
     const row = ([key, words, show]) =>
       h(
@@ -174,9 +159,7 @@ class Comparison {
             "tr",
             {},
             h("td", {}),
-            all.map((one) =>
-              h("th", { scope: "col" }, h("a", { href: `#/results/${one.id}` }, one.name)),
-            ),
+            all.map((one) => h("th", { scope: "col" }, h("a", { href: `#/results/${one.id}` }, one.name))),
           ),
         ),
         h("tbody", {}, SCORES.map(row)),

@@ -1,6 +1,6 @@
 // A stored object: to look at, its size, its unit.
 import { api } from "../core/api.js";
-import { h, put } from "../core/dom.js";
+import { box, factList, folded, h, inRow, put, stacked } from "../core/dom.js";
 import { itemHead } from "../core/library.js";
 import { announce } from "../core/live.js";
 import { address } from "../core/router.js";
@@ -12,12 +12,7 @@ import { Stage } from "../parts/stage.js";
 /** @import {Thing} from "../core/answers.js"
  *  @import {Visit} from "../core/router.js" */
 
-const UNITS = [
-  ["1", "metres"],
-  ["0.01", "centimetres"],
-  ["0.001", "millimetres"],
-  ["0.0254", "inches"],
-];
+const UNITS = [["1", "metres"], ["0.01", "centimetres"], ["0.001", "millimetres"], ["0.0254", "inches"]];
 
 /** `#/objects/ID?back=...` @param {Visit} visit */
 export async function object({ params, query, signal }) {
@@ -31,17 +26,13 @@ export async function object({ params, query, signal }) {
     stage.open([{ url: `${path}/scene`, name: item.name }]);
   };
   show();
-  const node = h(
-    "div",
-    { class: "stack wide" },
+  const node = box(
+    "stack wide",
     itemHead("objects", item, ""),
-    h(
-      "div",
-      { class: "split" },
+    box(
+      "split",
       stage.node,
-      h(
-        "div",
-        { class: "stack" },
+      stacked(
         facts,
         unit(item, path, show),
         h(
@@ -65,17 +56,9 @@ function told(item) {
     ["Corners", item.vertices.toLocaleString("en")],
   ];
   return [
-    h(
-      "dl",
-      { class: "facts" },
-      facts.map(([key, value]) => h("div", {}, h("dt", {}, key), h("dd", {}, value))),
-    ),
+    factList(facts),
     item.warnings.length > 0 &&
-      h(
-        "div",
-        { class: "note" },
-        item.warnings.map((text) => h("p", {}, text)),
-      ),
+      box("note", item.warnings.map((text) => h("p", {}, text))),
   ];
 }
 
@@ -105,10 +88,7 @@ function scanned(item, path) {
     ),
     checkList(item.scan.checks),
     picture("views.png", "The mesh from four sides, in its colours and its shape alone"),
-    picture(
-      "outline.png",
-      "Its outline, and the box it was looked for in, on pictures of the film",
-    ),
+    picture("outline.png", "Its outline, and the box it was looked for in, on pictures of the film"),
     h(
       "p",
       {},
@@ -139,19 +119,11 @@ function unit(item, path, show) {
   const keep = doing(
     "Change the unit",
     async () => {
-      Object.assign(
-        item,
-        await api(path, { method: "PATCH", json: { scale: Number(units.read()) } }),
-      );
+      Object.assign(item, await api(path, { method: "PATCH", json: { scale: Number(units.read()) } }));
       show();
       announce(`The object is now ${sides(item.extents)}.`);
     },
     { place: problem },
   );
-  return h(
-    "details",
-    {},
-    h("summary", {}, "The size is wrong"),
-    h("div", { class: "stack" }, units.node, h("div", { class: "row" }, keep), problem),
-  );
+  return folded("The size is wrong", stacked(units.node, inRow(keep), problem));
 }

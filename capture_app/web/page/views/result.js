@@ -1,6 +1,6 @@
 // A motion: to look at, to correct, to use, to share.
 import { api, bytes, inWords } from "../core/api.js";
-import { h, put, say } from "../core/dom.js";
+import { box, card, factList, folded, h, hintLine, put, say } from "../core/dom.js";
 import { itemHead } from "../core/library.js";
 import { address } from "../core/router.js";
 import { count, size, span } from "../core/words.js";
@@ -18,8 +18,7 @@ import { sampleWords } from "/static/viewer/words.js";
  *  @import {Context} from "../parts/videos_form.js" */
 
 const FPS = 30;
-const FAULTLESS =
-  "Every palm is where it should be, nothing is inside the object, and nobody is too fast.";
+const FAULTLESS = "Every palm is where it should be, nothing is inside the object, and nobody is too fast.";
 
 /** `#/results/ID` @param {Visit} visit */
 export async function result({ params, signal }) {
@@ -34,9 +33,7 @@ export async function result({ params, signal }) {
   /** @type {Result} */
   const item = await api(`/api/results/${params.id}`, { signal });
   const [choices, guide, videos, sessions, parent] = await Promise.all([
-    ...["choices", "calibration", "videos", "sessions"].map((what) =>
-      api(`/api/${what}`, { signal }),
-    ),
+    ...["choices", "calibration", "videos", "sessions"].map((what) => api(`/api/${what}`, { signal })),
     item.parent ? api(`/api/results/${item.parent}`, { signal }).catch(() => null) : null,
   ]);
   const stage = new Stage({ label: `The motion ${item.name} in 3D`, signal });
@@ -74,12 +71,10 @@ export async function result({ params, signal }) {
     }
   };
   const sample = () => shown + 1;
-  const node = h(
-    "div",
-    { class: "stack wide" },
-    h(
-      "div",
-      { class: "first" },
+  const node = box(
+    "stack wide",
+    box(
+      "first",
       itemHead(
         "results",
         item,
@@ -90,7 +85,7 @@ export async function result({ params, signal }) {
       contactEditor(item, stage, choices.forms.resolve),
     ),
     stood(item, stage, choices.forms.run),
-    h("div", { class: "grid" }, use(item, choices, which, { sample, signal }), share(shared), words(item, stage)),
+    box("grid", use(item, choices, which, { sample, signal }), share(shared), words(item, stage)),
     resultVideo(item, signal),
     moreVideos(item, { choices, guide, videos, sessions, sample, stage, signal }),
     making(item),
@@ -145,27 +140,19 @@ function use(item, choices, which, { sample, signal }) {
     const now = await api(`/api/results/${item.id}`);
     list([...now.files.filter(({ name }) => !name.endsWith(".mp4")), ...now.exports]);
   };
-  return h(
-    "section",
-    { class: "card stack" },
-    h("h2", {}, "Use it"),
+  return card(
+    "Use it",
     which,
     exportForm(item, choices, { sample, signal, made: refresh }),
-    h("details", {}, h("summary", {}, "All files"), files),
+    folded("All files", files),
   );
 }
 
 /** @param {HTMLAnchorElement} link */
 function share(link) {
-  return h(
-    "section",
-    { class: "card stack" },
-    h("h2", {}, "Share it"),
-    h(
-      "p",
-      { class: "hint" },
-      "One HTML file with the motion in 3D inside. It opens in any browser, without a network.",
-    ),
+  return card(
+    "Share it",
+    hintLine("One HTML file with the motion in 3D inside. It opens in any browser, without a network."),
     link,
   );
 }
@@ -174,14 +161,14 @@ function share(link) {
  *  @param {Result} item @param {Stage} stage */
 function words(item, stage) {
   const take = [...(item.findings ?? []), ...(item.notes ?? [])];
-  const sample = h("div", { class: "stack tight" });
+  const sample = box("stack tight");
   const tell = () => put(sample, ofShown(item, stage));
   for (const event of ["opened", "revised"]) stage.addEventListener(event, tell);
-  return h(
-    "section",
-    { class: "card stack" },
-    h("h2", {}, "Good to know"),
-    take.length ? h("ul", { class: "told" }, take.map((text) => h("li", {}, text))) : null,
+  return card(
+    "Good to know",
+    take.length
+      ? h("ul", { class: "told" }, take.map((text) => h("li", {}, text)))
+      : null,
     sample,
   );
 }
@@ -198,17 +185,12 @@ function ofShown(item, stage) {
     return [
       item.samples > 1 ? h("h3", {}, sampleWords(sample)) : null,
       rough
-        ? h("p", { class: "hint" }, "How the hands and the body fit is known when it is finished.")
+        ? hintLine("How the hands and the body fit is known when it is finished.")
         : faults.length
           ? h("ul", { class: "told" }, faults.map((fault) => place(fault, stage)))
-          : h("p", { class: "hint" }, FAULTLESS),
+          : hintLine(FAULTLESS),
       grips.length && !rough
-        ? h(
-            "details",
-            {},
-            h("summary", {}, "How the hands hold"),
-            h("ul", {}, grips.map((grip) => place(grip, stage))),
-          )
+        ? folded("How the hands hold", h("ul", {}, grips.map((grip) => place(grip, stage))))
         : null,
     ];
   });
@@ -230,13 +212,8 @@ function moreVideos(item, context) {
     "section",
     { class: "stack" },
     h("h2", {}, "More videos"),
-    h("details", {}, h("summary", {}, "Seen from elsewhere"), renderForm(item, context)),
-    h(
-      "details",
-      {},
-      h("summary", {}, "The person in a film of the take"),
-      overlayForm(item, context),
-    ),
+    folded("Seen from elsewhere", renderForm(item, context)),
+    folded("The person in a film of the take", overlayForm(item, context)),
   );
 }
 
@@ -253,17 +230,5 @@ function making(item) {
     ["Size", size(item.size)],
     ["omocap", manifest.versions.omocap],
   ];
-  return h(
-    "details",
-    {},
-    h("summary", {}, "How it was made"),
-    h(
-      "dl",
-      { class: "facts" },
-      told.map(([key, value]) =>
-        h("div", {}, h("dt", {}, String(key)), h("dd", {}, String(value ?? "–"))),
-      ),
-    ),
-    h("p", { class: "hint" }, manifest.body.credit),
-  );
+  return folded("How it was made", factList(told), hintLine(manifest.body.credit));
 }

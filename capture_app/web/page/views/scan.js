@@ -1,6 +1,6 @@
 // An object made from a film of it: how to film, what with, what gives its size.
 import { ApiError, api } from "../core/api.js";
-import { h, put } from "../core/dom.js";
+import { box, folded, h, inRow, put, stacked } from "../core/dom.js";
 import { address, go } from "../core/router.js";
 import { boardField, todo } from "../calibrate/board.js";
 import { brought } from "../parts/brought.js";
@@ -61,18 +61,13 @@ class ScanPage {
     this.stood = standsAt(context.signal);
     this.kind = choice("Filmed with", Object.entries(WITH), { value: kindOf(this.sources) });
     this.kind.input.addEventListener("change", () => this.show());
-    this.place = h("div", { class: "stack" });
+    this.place = box("stack");
     this.fields = sizeFields(context.guide.boards);
     this.more = describedFields(context.choices.forms.scan);
     this.name = h("input", { maxlength: 120, required: true, value: "" });
     this.problem = h("div");
     this.button = h("button", { type: "submit", class: "main large" }, "Make the object");
-    this.options = h(
-      "details",
-      {},
-      h("summary", {}, "More options"),
-      grid(this.more),
-    );
+    this.options = folded("More options", grid(this.more));
     this.takes = h("p", { class: "hint" });
     this.node = this.draw();
     this.show();
@@ -136,17 +131,15 @@ class ScanPage {
         ),
       ),
       numbered(1, "Film it", todo(HOW)),
-      numbered(2, "The film", h("div", { class: "stack" }, this.kind.node, this.place)),
+      numbered(2, "The film", stacked(this.kind.node, this.place)),
       numbered(3, "Its size", this.fields.node),
       numbered(
         4,
         "The object",
-        h(
-          "div",
-          { class: "stack" },
+        stacked(
           h("label", { class: "field" }, h("span", {}, "Name of the object"), this.name),
           this.options,
-          h("div", { class: "row" }, this.button),
+          inRow(this.button),
           this.takes,
           this.problem,
         ),
@@ -226,12 +219,7 @@ function sizeFields(boards) {
     max: 10,
   });
   const board = boardField(boards, { print: true, none: "no board beside it", markers: true });
-  const node = h(
-    "div",
-    { class: "stack" },
-    words,
-    h("div", { class: "grid" }, height.node, board.node),
-  );
+  const node = stacked(words, box("grid", height.node, board.node));
   return {
     node,
     hint: (/** @type {string} */ kind) => {

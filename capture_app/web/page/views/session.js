@@ -1,6 +1,6 @@
 // A recording: its report and replay, the object, the mount, and the motion to be made.
 import { api, inWords } from "../core/api.js";
-import { h, put } from "../core/dom.js";
+import { box, factList, h, hintLine, part, put } from "../core/dom.js";
 import { itemHead } from "../core/library.js";
 import { address, go } from "../core/router.js";
 import { usualMount } from "../core/usual.js";
@@ -57,14 +57,13 @@ class Take {
     this.object = h("div");
     this.mount = h("div");
     this.order = orderForm(item, choices, () => this.chosen && this.look(this.chosen));
-    this.node = h(
-      "div",
-      { class: "stack wide" },
+    this.node = box(
+      "stack wide",
       itemHead("sessions", item, count(item.files, "file")),
       this.told,
       this.drawn,
       this.stage.node,
-      h("section", {}, h("h2", {}, "Checks"), this.checks),
+      part("Checks", this.checks),
       numbered(1, "The object", hint("The mesh of what the phone was clamped to."), this.object),
       numbered(2, "The mount", hint("Where the phone sat on the object."), this.mount),
       numbered(3, "The motion", this.order.node),
@@ -93,7 +92,9 @@ class Take {
      *  @param {string} kind @param {string} id @param {string} words */
     const other = (kind, id, words) => {
       if (kind !== "object" && kind !== "mount") return false;
-      this.learn(kind, id).then(() => go(address(`/sessions/${this.item.id}`, { ...chosen, [kind]: id }), { words }));
+      this.learn(kind, id).then(() =>
+        go(address(`/sessions/${this.item.id}`, { ...chosen, [kind]: id }), { words }),
+      );
       return true;
     };
     const usual = this.by === "usual";
@@ -144,11 +145,7 @@ class Take {
     this.told.style.minHeight = `${this.told.offsetHeight}px`;
     put(
       this.told,
-      h(
-        "div",
-        { class: "verdict quiet" },
-        h("p", { class: "verdict-words waiting" }, "Looking at the recording…"),
-      ),
+      box("verdict quiet", h("p", { class: "verdict-words waiting" }, "Looking at the recording…")),
     );
     this.node.setAttribute("aria-busy", "true");
     this.order.judge(null);
@@ -185,7 +182,10 @@ class Take {
     const words = "The phone on the object: first, in mid-motion, last. A wrong mesh or mount shows here.";
     const picture = known && drawnLater(src, 1268, 420);
     if (picture) picture.alt = words;
-    put(this.drawn, picture && h("figure", { class: "take" }, picture, h("figcaption", { class: "hint" }, words)));
+    put(
+      this.drawn,
+      picture && h("figure", { class: "take" }, picture, h("figcaption", { class: "hint" }, words)),
+    );
   }
 
   /** @param {Report} report @param {string} page address of the one to print */
@@ -194,7 +194,7 @@ class Take {
     put(
       this.checks,
       checkList(report.checks, (time) => this.stage.viewer?.seek(time)),
-      report.floor && h("p", { class: "hint" }, capital(report.floor)),
+      report.floor && hintLine(capital(report.floor)),
       report.checks.length > 0 &&
         h(
           "p",
@@ -212,7 +212,7 @@ class Take {
 
 /** @param {string} text */
 function hint(text) {
-  return h("p", { class: "hint" }, text);
+  return hintLine(text);
 }
 
 /** @param {Report} report */
@@ -225,12 +225,5 @@ function facts(report) {
     ["Usable stretches", of.stretches],
     ["Longest of them", of.longest && span(of.longest)],
   ].filter(([, value]) => value);
-  return (
-    told.length > 0 &&
-    h(
-      "dl",
-      { class: "facts" },
-      told.map(([key, value]) => h("div", {}, h("dt", {}, key), h("dd", {}, String(value)))),
-    )
-  );
+  return told.length > 0 && factList(told);
 }
