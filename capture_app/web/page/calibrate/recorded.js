@@ -1,11 +1,10 @@
 // A calibration by recordings: what to do, what to bring, each thing looked at as it comes, one button.
-import { ApiError, api } from "../core/api.js";
+import { ApiError, api, freshKey } from "../core/api.js";
 import { h, hintLine, inRow, put, stacked } from "../core/dom.js";
 import { address, go } from "../core/router.js";
 import { attempt } from "../parts/fields.js";
 import { objectField } from "../parts/mount_form.js";
 import { numbered } from "../parts/numbered.js";
-import { freshKey } from "../parts/order_form.js";
 /** @import {Choices, Guide, Item, Mount, Session, Thing} from "../core/answers.js"
  *  @import {Child} from "../core/dom.js"
  *  @import {Choice} from "../parts/fields.js" */

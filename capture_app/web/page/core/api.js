@@ -46,6 +46,13 @@ async function asked(path, { method, json, body, headers = {}, signal }) {
   throw await refused(answer);
 }
 
+/** A job's id, chosen here: sent twice it is still one job. */
+export function freshKey() {
+  return [...crypto.getRandomValues(new Uint8Array(8))]
+    .map((byte) => byte.toString(16).padStart(2, "0"))
+    .join("");
+}
+
 /** The bytes of a scene pack. @param {string} path @param {AbortSignal} signal @param {unknown} [json] */
 export async function bytes(path, signal, json) {
   return (await asked(path, { signal, json })).arrayBuffer();

@@ -1,12 +1,11 @@
 // Correct which hand holds when and where, and have the motion solved again.
-import { api } from "../core/api.js";
+import { api, freshKey } from "../core/api.js";
 import { box, h, inRow, say } from "../core/dom.js";
 import { go } from "../core/router.js";
 import { store, stored } from "../core/stored.js";
 import { confirmed } from "./dialog.js";
 import { attempt, button, describedFields, grid, saidIn, tick } from "./fields.js";
 import { grips } from "./grips.js";
-import { freshKey } from "./order_form.js";
 import { Trial } from "./trial.js";
 /** @import {Segment} from "/static/viewer/pack.js"
  *  @import {Described, Result} from "../core/answers.js"
@@ -97,8 +96,10 @@ class Editor {
     this.edit.hidden = true;
     this.tools.hidden = false;
     this.stage.node.classList.add("correcting");
-    if (!quiet) this.stage.node.scrollIntoView({ block: "start" });
     say(this.hint, HELP);
+    // What was just done in the picture stays in sight, and what can be done with it comes into it.
+    if (quiet) for (const one of [this.tools, this.stage.frame]) one.scrollIntoView({ block: "nearest" });
+    else this.stage.node.scrollIntoView({ block: "start" });
     this.refresh();
   }
 

@@ -5,6 +5,8 @@ import { announce } from "../core/live.js";
  *  @import {Stage} from "./stage.js" */
 
 const STEP = 6; // CSS pixels by which an arrow key moves a hand; with shift a single one
+const REST = 120; // milliseconds without a change of the view
+const BEHIND = 0.06; // metres between a place and what is seen there
 const SLACK = 3; // CSS pixels that a click may move
 /** @type {Record<string, number[]>} */
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
@@ -23,6 +25,7 @@ export function grips(stage, able, moved) {
 class Grip {
   /** Where the hand holds, in CSS pixels of the picture. */
   at = { x: 0, y: 0 };
+  timer = 0;
 
   /** @param {string} hand @param {Stage} stage @param {() => void} moved */
   constructor(hand, stage, moved) {
@@ -53,6 +56,17 @@ class Grip {
     const { x, y } = this.at;
     this.handle.hidden = !contact || x < 0 || y < 0 || x > canvas.clientWidth || y > canvas.clientHeight;
     Object.assign(this.handle.style, { left: `${x}px`, top: `${y}px` });
+    clearTimeout(this.timer);
+    if (contact) this.timer = window.setTimeout(() => this.dim(contact), REST);
+  }
+
+  /** Show whether the object hides the place. @param {Segment} contact */
+  dim({ place, anchor }) {
+    const { x, y } = this.at;
+    const seen = this.stage.viewer?.pick(x, y)?.point_object;
+    const at = place ?? anchor;
+    const away = at && seen ? Math.hypot(...at.map((value, k) => value - seen[k])) : 0;
+    this.handle.classList.toggle("behind", away > BEHIND);
   }
 
   /** Whether the object is there. @param {Segment} contact @param {number} x @param {number} y

@@ -1,5 +1,5 @@
 // The few options of a motion, and the button that makes it.
-import { api } from "../core/api.js";
+import { api, freshKey } from "../core/api.js";
 import { folded, freshId, h, inRow, say } from "../core/dom.js";
 import { address, go } from "../core/router.js";
 import { attempt, describedFields, grid, saidIn, tick } from "./fields.js";
@@ -104,11 +104,4 @@ function stoodField() {
     hint: "Who taps the phone on the object to record does.",
   });
   return { ...asked, read: () => (asked.read() && !asked.node.hidden ? "phone" : null) };
-}
-
-/** A job's id, chosen here: sent twice it is still one job. */
-export function freshKey() {
-  return [...crypto.getRandomValues(new Uint8Array(8))]
-    .map((byte) => byte.toString(16).padStart(2, "0"))
-    .join("");
 }

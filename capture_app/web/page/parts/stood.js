@@ -1,10 +1,9 @@
 // Say where the person stood when the take began, and have the motion made again from there.
-import { api } from "../core/api.js";
+import { api, freshKey } from "../core/api.js";
 import { box, h, inRow, say, stacked } from "../core/dom.js";
 import { announce } from "../core/live.js";
 import { go } from "../core/router.js";
 import { attempt, button, number } from "./fields.js";
-import { freshKey } from "./order_form.js";
 /** @import {Described, Result} from "../core/answers.js"
  *  @import {Stage} from "./stage.js" */
 

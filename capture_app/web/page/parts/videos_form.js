@@ -1,12 +1,11 @@
 // Videos of a motion: seen from elsewhere, or in a film of the take.
-import { ApiError, api } from "../core/api.js";
+import { ApiError, api, freshKey } from "../core/api.js";
 import { folded, h, inRow, say, stacked } from "../core/dom.js";
 import { address, go } from "../core/router.js";
 import { boardField, boardPlace } from "../calibrate/board.js";
 import { cameraFields } from "../calibrate/camera.js";
 import { brought } from "./brought.js";
 import { attempt, choice, describedFields, grid, saidIn } from "./fields.js";
-import { freshKey } from "./order_form.js";
 /** @import {Choices, Guide, Item, Result, Session} from "../core/answers.js"
  *  @import {Stage} from "./stage.js" */
 
@@ -41,14 +40,15 @@ export function overlayForm(item, context) {
     chosen = true;
     show();
   });
-  context.stage.addEventListener("opened", () => {
+  const seen = () => {
     const share = context.stage.viewer?.header(0)?.filmed[context.sample() - 1] ?? 1;
     say(unseen, share < FEW ? nobody(share) : "");
     // What shows the person is chosen, until somebody chooses.
     if (!chosen) film.input.value = share < FEW || !item.session ? "other" : "own";
     show();
-  });
-  show();
+  };
+  context.stage.addEventListener("opened", seen);
+  seen();
   const fields = describedFields(context.choices.forms.overlay);
   const read = () => ({
     kind: "overlay",

@@ -11,7 +11,6 @@ import { resultVideo } from "../parts/result_video.js";
 import { samplePicker } from "../parts/samples.js";
 import { Stage } from "../parts/stage.js";
 import { stood } from "../parts/stood.js";
-import { overlayForm, renderForm } from "../parts/videos_form.js";
 import { sampleWords } from "/static/viewer/words.js";
 /** @import {Choices, Made, Motion, Result} from "../core/answers.js"
  *  @import {Visit} from "../core/router.js"
@@ -206,14 +205,22 @@ function place({ message, start }, stage) {
   return h("li", {}, h("button", { type: "button", class: "link", on: { click: go } }, message));
 }
 
-/** @param {Result} item @param {Context} context */
+/** Forms that few people open are loaded when they are opened. @param {Result} item @param {Context} context */
 function moreVideos(item, context) {
+  /** @param {string} title @param {"renderForm" | "overlayForm"} form */
+  const later = (title, form) => {
+    const inside = h("div");
+    const node = folded(title, inside);
+    const load = async () => put(inside, (await import("../parts/videos_form.js"))[form](item, context));
+    node.addEventListener("toggle", load, { once: true });
+    return node;
+  };
   return h(
     "section",
     { class: "stack" },
     h("h2", {}, "More videos"),
-    folded("Seen from elsewhere", renderForm(item, context)),
-    folded("The person in a film of the take", overlayForm(item, context)),
+    later("Seen from elsewhere", "renderForm"),
+    later("The person in a film of the take", "overlayForm"),
   );
 }
 

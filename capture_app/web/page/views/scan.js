@@ -1,12 +1,11 @@
 // An object made from a film of it: how to film, what with, what gives its size.
-import { ApiError, api } from "../core/api.js";
+import { ApiError, api, freshKey } from "../core/api.js";
 import { box, folded, h, inRow, put, stacked } from "../core/dom.js";
 import { address, go } from "../core/router.js";
 import { boardField, todo } from "../calibrate/board.js";
 import { brought } from "../parts/brought.js";
 import { attempt, choice, describedFields, grid, number, saidIn } from "../parts/fields.js";
 import { numbered } from "../parts/numbered.js";
-import { freshKey } from "../parts/order_form.js";
 import { standsAt } from "../parts/pick_place.js";
 /** @import {Boards, Choices, Guide, Item, Session} from "../core/answers.js"
  *  @import {Visit} from "../core/router.js" */
