@@ -55,10 +55,7 @@ function markNavigation(path) {
 function watchConnection() {
   const banner = here("banner");
   connection.addEventListener("lost", () =>
-    put(
-      banner,
-      h("p", {}, "omocap does not answer. Is it still running? This page goes on as soon as it is back."),
-    ),
+    put(banner, h("p", {}, "omocap does not answer. Is it still running? This page goes on as soon as it is back.")),
   );
   connection.addEventListener("back", () => {
     put(banner);
@@ -76,11 +73,7 @@ function watchJobs() {
       const jobs = await api("/api/jobs?limit=20").catch(() => []);
       const live = jobs.filter((one) => !ended(one));
       const words = live.length === 1 ? "1 job at work" : `${live.length} jobs at work`;
-      const link = h(
-        "a",
-        { class: "chip", href: live.length === 1 ? `#/jobs/${live[0].id}` : "#/library" },
-        words,
-      );
+      const link = h("a", { class: "chip", href: live.length === 1 ? `#/jobs/${live[0].id}` : "#/library" }, words);
       if (place.textContent !== (live.length ? words : "")) put(place, live.length ? link : null);
     },
     3000,

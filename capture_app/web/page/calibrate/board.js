@@ -42,9 +42,7 @@ export function parseCheckerboard(text) {
 
 /** The text of a board whose squares are longer by this factor. @param {Board} board */
 export function boardText(board, factor = 1) {
-  const [square, marker] = [board.square, board.marker].map(
-    (side) => `${Number((side * factor).toFixed(4))}mm`,
-  );
+  const [square, marker] = [board.square, board.marker].map((side) => `${Number((side * factor).toFixed(4))}mm`);
   return `${board.columns}x${board.rows}:${square}:${marker}:${board.dictionary}`;
 }
 
@@ -82,8 +80,7 @@ export function boardField(boards, { changed = () => {}, print = true, none = ""
   const board = () => parseBoard(paper.read() === OTHER ? text.value : textOf());
   const textOf = () => boards[paper.read()]?.text ?? "";
   const factor = () => (ruler.node.hidden ? 1 : (ruler.read() ?? RULER) / RULER);
-  for (const input of [paper.input, text, ruler.input])
-    input.addEventListener("change", () => (show(), changed()));
+  for (const input of [paper.input, text, ruler.input]) input.addEventListener("change", () => (show(), changed()));
   show();
   return {
     node: stacked(paper.node, typed, inRow(sheet), ruler.node),

@@ -20,19 +20,11 @@ export function cameraFields({ pose = false } = {}) {
     "T_world_camera: its four rows of four numbers, metres",
     "In the world of the motion: z up, floor at 0; the camera's x right, y down, z ahead.",
   );
-  const node = stacked(
-    box("grid", Object.values(fields).map((one) => one.node)),
-    lens.node,
-    pose && matrix.node,
-  );
+  const node = stacked(box("grid", Object.values(fields).map((one) => one.node)), lens.node, pose && matrix.node);
   const read = () => {
     const known = Object.fromEntries(Object.entries(fields).map(([key, one]) => [key, one.read()]));
     if (Object.values(known).some((value) => value === null)) return null;
-    return {
-      ...known,
-      distortion: lens.read(),
-      T_world_camera: pose ? matrix.read() : null,
-    };
+    return { ...known, distortion: lens.read(), T_world_camera: pose ? matrix.read() : null };
   };
   return { node, read };
 }

@@ -100,11 +100,7 @@ export const scan = recordedForm((context) => {
       {
         title: "The scan",
         content: [
-          h(
-            "p",
-            {},
-            "An object that was made here from a film brings its pictures along: nothing is to be done.",
-          ),
+          h("p", {}, "An object that was made here from a film brings its pictures along: nothing is to be done."),
           folded("The object was scanned elsewhere", [model.node, matrix.node]),
         ],
       },
@@ -148,12 +144,7 @@ export const tracker = recordedForm((context) => {
         ],
       },
     ],
-    read: () => ({
-      method: "tracker",
-      session: log.read(),
-      poses: poses.read(),
-      body: body.read(),
-    }),
+    read: () => ({ method: "tracker", session: log.read(), poses: poses.read(), body: body.read() }),
   };
 });
 

@@ -26,6 +26,9 @@ export class ApiError extends Error {
   }
 }
 
+/** What was not brought yet. @param {string} what in a sentence */
+export const missing = (what) => new ApiError(0, { code: "missing", what, fix: "Choose or bring it above." });
+
 /** Ask the server. `json` is sent as a body and the answer's JSON returned (null for none).
  *  Throws ApiError, or AbortError when `signal` was raised.
  *  @param {string} path @param {Asked} asking */
@@ -48,9 +51,7 @@ async function asked(path, { method, json, body, headers = {}, signal }) {
 
 /** A job's id, chosen here: sent twice it is still one job. */
 export function freshKey() {
-  return [...crypto.getRandomValues(new Uint8Array(8))]
-    .map((byte) => byte.toString(16).padStart(2, "0"))
-    .join("");
+  return [...crypto.getRandomValues(new Uint8Array(8))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
 }
 
 /** The bytes of a scene pack. @param {string} path @param {AbortSignal} signal @param {unknown} [json] */

@@ -29,6 +29,14 @@ export const inRow = (...children) => box("row", children);
 /** @param {Child[]} children */
 export const stacked = (...children) => box("stack", children);
 
+/** A link that looks like a button. @param {string} href @param {Child[]} children */
+export const goTo = (href, ...children) => h("a", { class: "button", href }, children);
+
+/** A button that does something at once. @param {string} look its classes @param {() => void} click
+ *  @param {Child[]} children */
+export const action = (look, click, ...children) =>
+  h("button", { type: "button", class: look, on: { click } }, children);
+
 /** A line that explains. @param {Child[]} children */
 export const hintLine = (...children) => h("p", { class: "hint" }, children);
 
@@ -47,8 +55,7 @@ export const factList = (facts) =>
 export const part = (title, ...children) => h("section", {}, h("h2", {}, title), children);
 
 /** The same on a card. @param {string} title @param {Child[]} children */
-export const card = (title, ...children) =>
-  h("section", { class: "card stack" }, h("h2", {}, title), children);
+export const card = (title, ...children) => h("section", { class: "card stack" }, h("h2", {}, title), children);
 
 /** An element of a picture.
  *  @param {string} tag @param {Record<string, string | number>} attributes @param {Child[]} children */

@@ -1,6 +1,6 @@
 // Words and actions shared by all that lies in the library.
 import { api } from "./api.js";
-import { h, hintLine, inRow } from "./dom.js";
+import { action, h, hintLine, inRow } from "./dom.js";
 import { go } from "./router.js";
 import { confirmed, renamed } from "../parts/dialog.js";
 /** @import {Item, Shelf} from "./answers.js"
@@ -18,10 +18,7 @@ export function itemButtons(kind, item, changed) {
       changed(item);
     });
   };
-  return [
-    h("button", { type: "button", class: "quiet", on: { click: rename } }, "Rename"),
-    h("button", { type: "button", class: "quiet", on: { click: () => remove(kind, item) } }, "Delete"),
-  ];
+  return [action("quiet", rename, "Rename"), action("quiet", () => remove(kind, item), "Delete")];
 }
 
 /** @param {Shelf} kind @param {Item} item */

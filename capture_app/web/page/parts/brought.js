@@ -88,9 +88,7 @@ const SHELVES = { session: "sessions", video: "videos", material: "materials" };
 /** What a look showed. @param {Looked} looked */
 export function found({ good, doubts, notes }) {
   return [
-    doubts.length
-      ? h("p", {}, good)
-      : h("p", { class: "good" }, h("span", { "aria-hidden": "true" }, "✓ "), good),
+    doubts.length ? h("p", {}, good) : h("p", { class: "good" }, h("span", { "aria-hidden": "true" }, "✓ "), good),
     doubts.length > 0 &&
       box("note", doubts.map((doubt) => h("p", {}, doubt))),
     notes.map((note) => hintLine(note)),

@@ -1,5 +1,5 @@
 // A take report: the verdict in large words, what to do first, each check with what, where, fix.
-import { box, h } from "../core/dom.js";
+import { action, box, h } from "../core/dom.js";
 import { capital, count, stretch } from "../core/words.js";
 /** @import {Check, Report, Severity} from "../core/answers.js" */
 
@@ -73,5 +73,5 @@ function where(check, seek) {
   const words = stretch(check.seconds);
   const first = check.seconds.find((time) => time !== null);
   if (!seek || first === undefined) return h("span", { class: "hint" }, words);
-  return h("button", { type: "button", class: "link", on: { click: () => seek(first) } }, `Show ${words}`);
+  return action("link", () => seek(first), `Show ${words}`);
 }

@@ -1,7 +1,7 @@
 // Correct which hand holds when and where, and have the motion solved again.
-import { api, freshKey } from "../core/api.js";
+import { freshKey } from "../core/api.js";
 import { box, h, inRow, say } from "../core/dom.js";
-import { go } from "../core/router.js";
+import { toJob } from "../core/router.js";
 import { store, stored } from "../core/stored.js";
 import { confirmed } from "./dialog.js";
 import { attempt, button, describedFields, grid, saidIn, tick } from "./fields.js";
@@ -166,9 +166,8 @@ class Editor {
         sample: this.sample + 1,
         ...saidIn(this.options),
       };
-      const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": key } });
+      await toJob(json, key, {});
       forget(this.item.id, this.sample);
-      go(`#/jobs/${job.id}`);
     });
   }
 }

@@ -4,7 +4,7 @@ import { folded, h, inRow, put, say } from "../core/dom.js";
 import { announce } from "../core/live.js";
 import { poll } from "../core/poll.js";
 import { ended } from "../core/words.js";
-import { attempt, describedFields, grid, saidIn } from "./fields.js";
+import { describedFields, grid, saidIn, sends } from "./fields.js";
 import { fileList } from "./files.js";
 import { trouble } from "./trouble.js";
 /** @import {Choices, Job, Result} from "../core/answers.js" */
@@ -25,8 +25,7 @@ export function exportForm(item, choices, { sample, signal, made }) {
       [more.up.input, ups],
       [more.units.input, units],
     ])) {
-      for (const option of input.options)
-        option.disabled = option.value !== "" && !allowed.includes(option.value);
+      for (const option of input.options) option.disabled = option.value !== "" && !allowed.includes(option.value);
       if (input.selectedOptions[0].disabled) input.value = "";
     }
   };
@@ -35,23 +34,10 @@ export function exportForm(item, choices, { sample, signal, made }) {
   const status = h("p", { class: "hint", role: "status" });
   const problem = h("div");
   const button = h("button", { type: "submit", class: "main" }, "Make the file");
-  const order = () => ({
-    kind: "export",
-    result: item.id,
-    ...saidIn({ to, ...more }),
-    sample: sample(),
-  });
+  const order = () => ({ kind: "export", result: item.id, ...saidIn({ to, ...more }), sample: sample() });
   return h(
     "form",
-    {
-      class: "stack",
-      on: {
-        submit: (event) => {
-          event.preventDefault();
-          attempt(button, problem, () => carryOut(order(), { status, problem, signal, made }));
-        },
-      },
-    },
+    { class: "stack", ...sends(button, problem, () => carryOut(order(), { status, problem, signal, made })) },
     to.node,
     folded("Options", grid(more)),
     inRow(button),

@@ -23,10 +23,7 @@ export function field(label, input, hint = "") {
 
 /** A number field; `unit` stands behind it.
  *  @param {string} label @param {NumberAsked} asked @returns {NumberField} */
-export function number(
-  label,
-  { value = "", min, max, step = "any", unit = "", hint = "", required = false },
-) {
+export function number(label, { value = "", min, max, step = "any", unit = "", hint = "", required = false }) {
   const input = h("input", {
     type: "number",
     value: String(value),
@@ -116,6 +113,16 @@ export function doing(words, act, { kind = "", place = null } = {}) {
   const made = h("button", { type: "button", class: kind }, words);
   made.addEventListener("click", () => attempt(made, place, act));
   return made;
+}
+
+/** What a form does when it is sent: `act`, once, with its button waiting and an error in `place`.
+ *  @param {HTMLElement} pressed @param {HTMLElement} place @param {() => Promise<unknown>} act */
+export function sends(pressed, place, act) {
+  const submit = (/** @type {SubmitEvent} */ event) => {
+    event.preventDefault();
+    attempt(pressed, place, act);
+  };
+  return { on: { submit, change: () => put(place) } };
 }
 
 /** Run `act` once: the button that was pressed waits, an error is shown in `place`. Returns what

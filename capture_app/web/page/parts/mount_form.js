@@ -2,7 +2,7 @@
 import { api } from "../core/api.js";
 import { box, h, inRow, say, stacked } from "../core/dom.js";
 import { address, go } from "../core/router.js";
-import { attempt, choice, number } from "./fields.js";
+import { choice, number, sends } from "./fields.js";
 /** @import {Phone, Thing} from "../core/answers.js" */
 
 const RULER = "";
@@ -21,17 +21,10 @@ export function mountForm({ back, name, content, read }) {
     "form",
     {
       class: "stack",
-      on: {
-        submit: (event) => {
-          event.preventDefault();
-          attempt(button, problem, async () => {
-            const made = await api("/api/mounts", {
-              json: { name: title.value.trim(), ...read() },
-            });
-            go(address(`/mounts/${made.id}`, { back }));
-          });
-        },
-      },
+      ...sends(button, problem, async () => {
+        const made = await api("/api/mounts", { json: { name: title.value.trim(), ...read() } });
+        go(address(`/mounts/${made.id}`, { back }));
+      }),
     },
     content,
     h("label", { class: "field" }, h("span", {}, "Name of the mount"), title),

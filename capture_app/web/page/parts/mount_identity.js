@@ -13,11 +13,6 @@ export function identityForm({ back }) {
   return h(
     "section",
     { class: "card" },
-    mountForm({
-      back,
-      name: "Mesh around the phone",
-      content,
-      read: () => ({ method: "identity" }),
-    }),
+    mountForm({ back, name: "Mesh around the phone", content, read: () => ({ method: "identity" }) }),
   );
 }

@@ -1,7 +1,7 @@
 // The few options of a motion, and the button that makes it.
-import { api, freshKey } from "../core/api.js";
+import { freshKey } from "../core/api.js";
 import { folded, freshId, h, inRow, say } from "../core/dom.js";
-import { address, go } from "../core/router.js";
+import { toJob } from "../core/router.js";
 import { attempt, describedFields, grid, saidIn, tick } from "./fields.js";
 import { remembered } from "./remembered.js";
 import { readingQuery, upField } from "./reading_fields.js";
@@ -26,12 +26,7 @@ export function orderForm(session, choices, changed) {
   const button = h("button", { type: "submit", class: "main large" }, "Make the motion");
   button.setAttribute("aria-describedby", why.id);
   const known = grid(reading);
-  const more = folded(
-    "More options",
-    grid(group("more")),
-    h("h3", {}, "What the recording does not say"),
-    known,
-  );
+  const more = folded("More options", grid(group("more")), h("h3", {}, "What the recording does not say"), known);
   const node = h("form", { class: "stack" }, grid(group("main")), more, why, inRow(button), problem);
   const key = freshKey();
   /** @type {With} */
@@ -57,8 +52,7 @@ export function orderForm(session, choices, changed) {
       if (button.disabled) return;
       const options = saidIn(fields);
       const json = { kind: "run", name: session.name, session: session.id, ...chosen, options };
-      const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": key } });
-      go(address(`/jobs/${job.id}`, { from: location.hash }));
+      await toJob(json, key);
     });
   });
   // Taken up before anything listens: the view looks at the recording by itself.

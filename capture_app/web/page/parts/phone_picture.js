@@ -26,15 +26,9 @@ export function phonePicture(point) {
       "aria-label": label,
     },
     svg("rect", { class: "case", width: WIDTH, height: HEIGHT, rx: 9 }),
-    back
-      ? lenses()
-      : svg("rect", { class: "screen", x: 4, y: 4, width: WIDTH - 8, height: HEIGHT - 8, rx: 6 }),
+    back ? lenses() : svg("rect", { class: "screen", x: 4, y: 4, width: WIDTH - 8, height: HEIGHT - 8, rx: 6 }),
     svg("circle", { class: "point", cx: x, cy: y, r: 5.5 }),
-    svg(
-      "text",
-      { x: middle, y: HEIGHT + EDGE + 8, "text-anchor": "middle" },
-      back ? "from behind" : "from the front",
-    ),
+    svg("text", { x: middle, y: HEIGHT + EDGE + 8, "text-anchor": "middle" }, back ? "from behind" : "from the front"),
   );
 }
 

@@ -1,6 +1,6 @@
 // The mount of a recording: a stored one, a dropped mount.json, or one found in the page.
 import { api } from "../core/api.js";
-import { box, h, hintLine, inRow, stacked } from "../core/dom.js";
+import { box, goTo, h, hintLine, inRow, stacked } from "../core/dom.js";
 import { address } from "../core/router.js";
 import { bring } from "../upload/begin.js";
 import { dropArea } from "../upload/drop.js";
@@ -15,8 +15,7 @@ const OWN_FRAME = {
   name: "The mesh is in the phone's own frame",
   line: "No mount: the origin of the mesh is the phone's camera, x to the right, y up, z towards you",
 };
-const CLAMPED =
-  "It was made for this object. If you clamped the phone anew since then, find the mount again.";
+const CLAMPED = "It was made for this object. If you clamped the phone anew since then, find the mount again.";
 
 /** The choice; those made for the object come first. `here`: where to come back to.
  *  @param {Mount[]} mounts @param {string | null} current
@@ -37,13 +36,7 @@ export function pickMount(mounts, current, { object, here, chosen, why, other })
     pickList("Mount", [...items, OWN_FRAME], current, chosen),
     taken && fit(taken) > 0 && hintLine([why, CLAMPED].filter(Boolean).join(" ")),
     mountWarning(taken),
-    inRow(
-      h(
-        "a",
-        { class: "button", href: address("/calibrate", { object, back: here }) },
-        "Find it now, step by step",
-      ),
-    ),
+    inRow(goTo(address("/calibrate", { object, back: here }), "Find it now, step by step")),
     dropArea({
       title: "Drop a mount.json",
       text: "What omocap calibrate wrote.",

@@ -1,6 +1,6 @@
 // The object of a recording: a stored mesh, or one that is dropped.
 import { api } from "../core/api.js";
-import { box, h, hintLine, inRow, stacked } from "../core/dom.js";
+import { box, goTo, h, hintLine, inRow, stacked } from "../core/dom.js";
 import { address } from "../core/router.js";
 import { sides } from "../core/words.js";
 import { bring } from "../upload/begin.js";
@@ -18,16 +18,12 @@ export const MESHES = ".obj,.ply,.stl,.glb,.gltf,.usdz,.usda,.usdc,.mtl,.png,.jp
  *  @param {Thing[]} objects @param {string | null} current @param {Choosing} choosing */
 export function pickObject(objects, current, { here, chosen, why, other }) {
   const place = box("stack");
-  const items = objects.map(({ id, name, extents }) => ({
-    id,
-    name,
-    line: extents ? sides(extents) : "",
-  }));
+  const items = objects.map(({ id, name, extents }) => ({ id, name, line: extents ? sides(extents) : "" }));
   return stacked(
     items.length > 0 && pickList("Object", items, current, chosen),
     why && hintLine(why),
     suspicious(objects.find(({ id }) => id === current)),
-    inRow(h("a", { class: "button", href: address("/scan", { back: here }) }, "Make it from a film")),
+    inRow(goTo(address("/scan", { back: here }), "Make it from a film")),
     dropArea({
       title: "Drop a mesh of the object",
       text: "OBJ, PLY, STL or GLB. A scan is fine.",

@@ -36,11 +36,7 @@ export class PointPicker extends EventTarget {
     this.enough = enough;
     this.words = words;
     this.drawing = picture;
-    this.stage = new Stage({
-      label: `The ${what} in 3D. Click where the point is`,
-      signal,
-      controls: false,
-    });
+    this.stage = new Stage({ label: `The ${what} in 3D. Click where the point is`, signal, controls: false });
     const { canvas } = this.stage;
     canvas.classList.add("picking");
     canvas.addEventListener("click", (event) => this.clicked(event));
@@ -67,11 +63,7 @@ export class PointPicker extends EventTarget {
       },
       "Add this point",
     );
-    return folded(
-      "Type the place instead of clicking",
-      box("grid", this.typed.map((one) => one.node)),
-      inRow(add),
-    );
+    return folded("Type the place instead of clicking", box("grid", this.typed.map((one) => one.node)), inRow(add));
   }
 
   /** Begin anew on this object, or on none. @param {string | null} id */
@@ -114,10 +106,7 @@ export class PointPicker extends EventTarget {
     put(this.list, this.points.map((point) => this.row(point)));
     this.stage.mark(this.points.map((point) => point.at));
     const left = this.enough - this.points.length;
-    say(
-      this.status,
-      this.object ? this.words({ chosen: this.point.read(), left }) : `Choose the ${this.what}.`,
-    );
+    say(this.status, this.object ? this.words({ chosen: this.point.read(), left }) : `Choose the ${this.what}.`);
     this.dispatchEvent(new Event("change"));
   }
 

@@ -26,11 +26,7 @@ export function upField() {
     ],
     { hint: "Where the log does not say it." },
   );
-  const input = h("input", {
-    type: "text",
-    placeholder: "0,1,0",
-    pattern: `${NUMBER},${NUMBER},${NUMBER}`,
-  });
+  const input = h("input", { type: "text", placeholder: "0,1,0", pattern: `${NUMBER},${NUMBER},${NUMBER}` });
   const typed = field("Direction of up", input, "Three numbers in the phone's world, e.g. 0,1,0.");
   const show = () => {
     typed.hidden = which.read() !== DIRECTION;

@@ -47,13 +47,7 @@ export class Stage extends EventTarget {
       import("/static/viewer/timeline.js"),
       import("/static/viewer/film.js"),
       import("/static/viewer/pack.js"),
-    ]).then(([viewer, bar, timeline, film, pack]) => ({
-      ...viewer,
-      ...bar,
-      ...timeline,
-      ...film,
-      ...pack,
-    }));
+    ]).then(([viewer, bar, timeline, film, pack]) => ({ ...viewer, ...bar, ...timeline, ...film, ...pack }));
     // A failure is shown by whoever waits for them.
     this.modules.catch(() => {});
     this.down = [0, 0];
@@ -208,11 +202,7 @@ export class Stage extends EventTarget {
       this.viewer
         .panes()
         .map(({ slot, x, y, width }) =>
-          h(
-            "span",
-            { style: { left: `${x}px`, top: `${y}px`, width: `${width}px` } },
-            this.scenes[slot]?.name ?? "",
-          ),
+          h("span", { style: { left: `${x}px`, top: `${y}px`, width: `${width}px` } }, this.scenes[slot]?.name ?? ""),
         ),
     );
   }

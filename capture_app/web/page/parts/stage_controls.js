@@ -1,5 +1,5 @@
 // Buttons and choices of the 3D view.
-import { box, h, put, say, svg } from "../core/dom.js";
+import { action, box, h, put, say, svg } from "../core/dom.js";
 import { LAYERS, camerasOf } from "/static/viewer/words.js";
 /** @import {Child} from "../core/dom.js"
  *  @import {Viewer} from "/static/viewer/viewer.js" */
@@ -164,11 +164,7 @@ function layers(viewer) {
     input.addEventListener("change", () => viewer.show({ [key]: input.checked }));
     return h("label", { class: "tick" }, input, h("span", {}, words));
   });
-  const reset = h(
-    "button",
-    { type: "button", class: "quiet", on: { click: () => viewer.frameAll() } },
-    "Show all of it",
-  );
+  const reset = action("quiet", () => viewer.frameAll(), "Show all of it");
   return menu(h("summary", {}, "Show"), [boxes, reset]);
 }
 

@@ -1,8 +1,8 @@
 // Say where the person stood when the take began, and have the motion made again from there.
-import { api, freshKey } from "../core/api.js";
+import { freshKey } from "../core/api.js";
 import { box, h, inRow, say, stacked } from "../core/dom.js";
 import { announce } from "../core/live.js";
-import { go } from "../core/router.js";
+import { toJob } from "../core/router.js";
 import { attempt, button, number } from "./fields.js";
 /** @import {Described, Result} from "../core/answers.js"
  *  @import {Stage} from "./stage.js" */
@@ -140,8 +140,7 @@ class Stood {
         mount: item.mount ?? (manifest.options.animated ? null : "identity"),
         options: { ...options, stood: this.place, video: Boolean(item.video) },
       };
-      const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": this.key } });
-      go(`#/jobs/${job.id}`);
+      await toJob(json, this.key, {});
     });
   }
 }

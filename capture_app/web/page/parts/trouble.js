@@ -1,5 +1,5 @@
 // What went wrong, calmly: what, where, and how to fix it.
-import { h, inRow } from "../core/dom.js";
+import { goTo, h, inRow } from "../core/dom.js";
 /** @import {ApiError} from "../core/api.js"
  *  @import {Problem} from "../core/answers.js" */
 
@@ -25,9 +25,6 @@ export function troublePage(error) {
     { class: "narrow" },
     h("h1", {}, gone ? "This is not here" : "This cannot be shown"),
     trouble(gone ? { what: error.what, fix } : error),
-    inRow(
-      h("a", { class: "button", href: "#/" }, "To the start"),
-      h("a", { class: "button quiet", href: "#/library" }, "To the library"),
-    ),
+    inRow(goTo("#/", "To the start"), h("a", { class: "button quiet", href: "#/library" }, "To the library")),
   );
 }

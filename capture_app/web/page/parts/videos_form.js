@@ -1,11 +1,11 @@
 // Videos of a motion: seen from elsewhere, or in a film of the take.
-import { ApiError, api, freshKey } from "../core/api.js";
+import { freshKey, missing } from "../core/api.js";
 import { folded, h, inRow, say, stacked } from "../core/dom.js";
-import { address, go } from "../core/router.js";
+import { toJob } from "../core/router.js";
 import { boardField, boardPlace } from "../calibrate/board.js";
 import { cameraFields } from "../calibrate/camera.js";
 import { brought } from "./brought.js";
-import { attempt, choice, describedFields, grid, saidIn } from "./fields.js";
+import { choice, describedFields, grid, saidIn, sends } from "./fields.js";
 /** @import {Choices, Guide, Item, Result, Session} from "../core/answers.js"
  *  @import {Stage} from "./stage.js" */
 
@@ -108,11 +108,7 @@ function otherFilm(item, { guide, videos, sessions, signal }) {
   show();
   const read = () => {
     if (!film.read()) {
-      throw new ApiError(0, {
-        code: "missing",
-        what: "The film is still missing.",
-        fix: "Choose or drop it above.",
-      });
+      throw missing("The film is still missing.");
     }
     const by = place.read();
     const boarded = ["object", "room"].includes(by);
@@ -127,10 +123,7 @@ function otherFilm(item, { guide, videos, sessions, signal }) {
       shared_world: by === "shared",
     };
   };
-  return {
-    node: stacked(film.node, place.node, board.node, known, numbers),
-    read,
-  };
+  return { node: stacked(film.node, place.node, board.node, known, numbers), read };
 }
 
 /** A form that orders a job and goes to it.
@@ -139,23 +132,6 @@ function orderForm(words, read, fields) {
   const problem = h("div");
   const button = h("button", { type: "submit" }, words);
   const key = freshKey();
-  const submit = async () => {
-    const job = await api("/api/jobs", { json: read(), headers: { "Idempotency-Key": key } });
-    go(address(`/jobs/${job.id}`, { from: location.hash }));
-  };
-  return h(
-    "form",
-    {
-      class: "stack",
-      on: {
-        submit: (event) => {
-          event.preventDefault();
-          attempt(button, problem, submit);
-        },
-      },
-    },
-    fields,
-    inRow(button),
-    problem,
-  );
+  const submit = () => toJob(read(), key);
+  return h("form", { class: "stack", ...sends(button, problem, submit) }, fields, inRow(button), problem);
 }

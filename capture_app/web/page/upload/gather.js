@@ -82,10 +82,7 @@ function parted(one) {
   // What a folder that says nothing is in is its name.
   const named = (/** @type {string} */ name) => (PLAIN.test(name) ? one.name : name);
   const inner = [...folders].map(([name, files]) => ({ name: named(name), folder: true, files }));
-  return [
-    ...inner,
-    ...beside.map(({ path, file }) => ({ name: path, folder: false, files: [{ path, file }] })),
-  ];
+  return [...inner, ...beside.map(({ path, file }) => ({ name: path, folder: false, files: [{ path, file }] }))];
 }
 
 /** One order of one kind, whatever the files look like.

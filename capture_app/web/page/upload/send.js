@@ -1,5 +1,5 @@
 // A resumable upload: chunks by offset, pause, growing waits when the line is lost.
-import { ApiError, api, inWords } from "../core/api.js";
+import { api, ApiError, inWords } from "../core/api.js";
 import { rest } from "../core/poll.js";
 /** @import {Announced, Arrived, Unfinished} from "../core/answers.js"
  *  @import {Order} from "./gather.js" */

@@ -37,11 +37,7 @@ const RECORDED = {
     "The object was made from a film of it, and stands there still: two seconds at rest.",
     recorded.scan,
   ],
-  tracker: [
-    "Motion capture, or a tracker on the object",
-    "It follows the same motion as the phone.",
-    recorded.tracker,
-  ],
+  tracker: ["Motion capture, or a tracker on the object", "It follows the same motion as the phone.", recorded.tracker],
   floor: [
     "Make a mount surer by the floor",
     "From any recording in which the object stands on the floor.",
@@ -52,8 +48,7 @@ const RECORDED = {
 const BY_HAND = {
   points: [
     "Click points on the object",
-    "You have the mesh and can see where the phone's corners were. Notices " +
-      "mistakes from the fourth point on.",
+    "You have the mesh and can see where the phone's corners were. Notices " + "mistakes from the fourth point on.",
     pointsForm,
   ],
   drawing: [
@@ -83,11 +78,7 @@ export async function calibrate({ query, signal }) {
       "header",
       {},
       h("h1", {}, "Where does the phone sit on the object?"),
-      h(
-        "p",
-        { class: "lead" },
-        "All that is made hangs on this. Do it once for each time you clamp the phone.",
-      ),
+      h("p", { class: "lead" }, "All that is made hangs on this. Do it once for each time you clamp the phone."),
     ),
     ways,
     page,
@@ -150,12 +141,7 @@ function group(legend, ways, current, query) {
         checked: way === current,
         on: { change: () => (location.hash = address("/calibrate", { ...kept, way })) },
       });
-      return h(
-        "label",
-        { class: "pick" },
-        input,
-        h("span", {}, h("b", {}, title), h("span", { class: "hint" }, text)),
-      );
+      return h("label", { class: "pick" }, input, h("span", {}, h("b", {}, title), h("span", { class: "hint" }, text)));
     }),
   );
 }

@@ -1,7 +1,7 @@
 // Motions beside each other, on one clock.
-import { api } from "../core/api.js";
+import { api, freshKey } from "../core/api.js";
 import { box, h, inRow, part, put, stacked } from "../core/dom.js";
-import { address, go } from "../core/router.js";
+import { address, go, toJob } from "../core/router.js";
 import { span } from "../core/words.js";
 import { doing } from "../parts/fields.js";
 import { Stage } from "../parts/stage.js";
@@ -44,12 +44,7 @@ class Comparison {
     this.stage.addEventListener("opened", () => this.arrange());
     this.picks = h("fieldset", { class: "picks" });
     this.hint = h("p", { class: "hint", role: "status" });
-    this.numbers = h("div", {
-      class: "scroll",
-      tabindex: "0",
-      role: "region",
-      "aria-label": "Numbers",
-    });
+    this.numbers = h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Numbers" });
     this.problem = h("div");
     this.over = h("input", { type: "checkbox", on: { change: () => this.arrange() } });
     this.on = stacked(
@@ -75,10 +70,7 @@ class Comparison {
     this.drawPicks();
     const few = this.chosen.length < 2;
     this.on.hidden = few;
-    put(
-      this.hint,
-      this.results.length === 0 ? "There is no motion yet." : few ? "Choose two or more below." : "",
-    );
+    put(this.hint, this.results.length === 0 ? "There is no motion yet." : few ? "Choose two or more below." : "");
     if (few) return;
     this.stage.open(this.chosen.map((id) => ({ url: `/api/results/${id}/scene`, name: this.named(id) })));
     this.drawNumbers();
@@ -131,9 +123,8 @@ class Comparison {
     go(address("/compare", { results: next.join(",") }));
   }
 
-  async film() {
-    const job = await api("/api/jobs", { json: { kind: "compare", results: this.chosen } });
-    go(address(`/jobs/${job.id}`, { from: location.hash }));
+  film() {
+    return toJob({ kind: "compare", results: this.chosen }, freshKey());
   }
 
   async drawNumbers() {

@@ -1,6 +1,6 @@
 // A job: what it is doing, how long still, cancel; it may be left and come back to.
 import { api, inWords } from "../core/api.js";
-import { box, folded, h, hintLine, inRow, put, say } from "../core/dom.js";
+import { box, folded, goTo, h, hintLine, inRow, put, say } from "../core/dom.js";
 import { announce } from "../core/live.js";
 import { poll } from "../core/poll.js";
 import { address, go } from "../core/router.js";
@@ -118,7 +118,7 @@ class JobPage {
     return [
       inRow(
         doing("Begin again", () => this.again(), { place: problem }),
-        this.from?.startsWith("#/") && h("a", { class: "button", href: this.from }, backWords(this.from)),
+        this.from?.startsWith("#/") && goTo(this.from, backWords(this.from)),
       ),
       problem,
     ];
@@ -127,11 +127,7 @@ class JobPage {
   /** @param {Job} record */
   done(record) {
     if (record.made)
-      return h(
-        "a",
-        { class: "button main large", href: this.made(record.made) },
-        MADE[record.made.split("/")[0]],
-      );
+      return h("a", { class: "button main large", href: this.made(record.made) }, MADE[record.made.split("/")[0]]);
     const files = record.files ?? [];
     return [
       files.map(shown),
@@ -157,9 +153,7 @@ function timeWords(record) {
   if (record.state !== "running") return span(seconds);
   const left = record.fraction > 0.1 ? (seconds * (1 - record.fraction)) / record.fraction : null;
   const percent = `${Math.round(100 * record.fraction)} %`;
-  return [percent, span(seconds), left !== null && `about ${span(Math.max(1, left))} left`]
-    .filter(Boolean)
-    .join(" · ");
+  return [percent, span(seconds), left !== null && `about ${span(Math.max(1, left))} left`].filter(Boolean).join(" · ");
 }
 
 /** @param {string} from */
@@ -170,8 +164,7 @@ function backWords(from) {
 
 /** What a browser shows by itself. @param {Made} file */
 function shown(file) {
-  if (file.name.endsWith(".mp4"))
-    return h("video", { controls: true, preload: "auto", src: file.href, class: "film" });
+  if (file.name.endsWith(".mp4")) return h("video", { controls: true, preload: "auto", src: file.href, class: "film" });
   if (!/\.(png|webp|gif)$/.test(file.name)) return null;
   return h("img", { src: file.href, alt: "What was made", class: "film" });
 }

@@ -11,12 +11,7 @@ import { verdictOf } from "../parts/verdicts.js";
  *  @import {Any} from "../parts/verdicts.js" */
 
 /** @type {[Shelf, string][]} */
-const PARTS = [
-  ["results", "Motions"],
-  ["sessions", "Recordings"],
-  ["objects", "Objects"],
-  ["mounts", "Mounts"],
-];
+const PARTS = [["results", "Motions"], ["sessions", "Recordings"], ["objects", "Objects"], ["mounts", "Mounts"]];
 const FILTERS = [
   ["", "all"],
   ["ok", "good"],
@@ -56,9 +51,7 @@ function found(shelves) {
     const wanted = filter.read();
     store(sessionStorage, KEPT, { search: search.value, filter: wanted });
     const fits = shelves.map(([kind, , items]) =>
-      items.filter(
-        (one) => one.name.toLowerCase().includes(word) && (!wanted || verdictOf(kind, one).kind === wanted),
-      ),
+      items.filter((one) => one.name.toLowerCase().includes(word) && (!wanted || verdictOf(kind, one).kind === wanted)),
     );
     const total = fits.reduce((sum, some) => sum + some.length, 0);
     say(told, word || wanted ? `${count(total, "thing")} found.` : "");

@@ -22,8 +22,7 @@ export async function mount({ params, query, signal }) {
     item.object && onObject(item, signal),
     facts.length > 0 && factList(facts),
     h("ul", { class: "told" }, [...sure, ...fits].filter(Boolean).map((text) => h("li", {}, text))),
-    mountWarning(item) ??
-      hintLine(item.method === "identity" ? "The mesh is made in the phone's own axes." : ""),
+    mountWarning(item) ?? hintLine(item.method === "identity" ? "The mesh is made in the phone's own axes." : ""),
     useIt("mount", item, query.get("back")),
   );
   return { title: item.name, node };

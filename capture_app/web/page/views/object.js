@@ -1,6 +1,6 @@
 // A stored object: to look at, its size, its unit.
 import { api } from "../core/api.js";
-import { box, factList, folded, h, inRow, put, stacked } from "../core/dom.js";
+import { box, factList, folded, goTo, h, inRow, put, stacked } from "../core/dom.js";
 import { itemHead } from "../core/library.js";
 import { announce } from "../core/live.js";
 import { address } from "../core/router.js";
@@ -35,11 +35,7 @@ export async function object({ params, query, signal }) {
       stacked(
         facts,
         unit(item, path, show),
-        h(
-          "a",
-          { class: "button", href: address("/calibrate", { object: item.id }) },
-          "Find where the phone sits on it",
-        ),
+        goTo(address("/calibrate", { object: item.id }), "Find where the phone sits on it"),
         useIt("object", item, query.get("back")),
       ),
     ),
@@ -55,11 +51,7 @@ function told(item) {
     ["Triangles", item.faces.toLocaleString("en")],
     ["Corners", item.vertices.toLocaleString("en")],
   ];
-  return [
-    factList(facts),
-    item.warnings.length > 0 &&
-      box("note", item.warnings.map((text) => h("p", {}, text))),
-  ];
+  return [factList(facts), item.warnings.length > 0 && box("note", item.warnings.map((text) => h("p", {}, text)))];
 }
 
 /** How good the scan is that it was made by. @param {Thing} item @param {string} path */
@@ -81,11 +73,7 @@ function scanned(item, path) {
     "section",
     { class: "stack" },
     h("h2", {}, "The scan"),
-    h(
-      "div",
-      { class: `verdict ${item.scan.severity}` },
-      h("p", { class: "verdict-words" }, SCANS[item.scan.severity]),
-    ),
+    h("div", { class: `verdict ${item.scan.severity}` }, h("p", { class: "verdict-words" }, SCANS[item.scan.severity])),
     checkList(item.scan.checks),
     picture("views.png", "The mesh from four sides, in its colours and its shape alone"),
     picture("outline.png", "Its outline, and the box it was looked for in, on pictures of the film"),

@@ -1,6 +1,6 @@
 // A motion: to look at, to correct, to use, to share.
 import { api, bytes, inWords } from "../core/api.js";
-import { box, card, factList, folded, h, hintLine, put, say } from "../core/dom.js";
+import { action, box, card, factList, folded, goTo, h, hintLine, put, say } from "../core/dom.js";
 import { itemHead } from "../core/library.js";
 import { address } from "../core/router.js";
 import { count, size, span } from "../core/words.js";
@@ -49,8 +49,7 @@ export async function result({ params, signal }) {
   const show = async (samples) => {
     if (samples.length === 1) [shown] = samples;
     shared.href = `/api/results/${item.id}/share.html?sample=${shown + 1}`;
-    const open = () =>
-      stage.open(samples.map((sample) => ({ url, pack, film, sample, name: sampleWords(sample) })));
+    const open = () => stage.open(samples.map((sample) => ({ url, pack, film, sample, name: sampleWords(sample) })));
     const now = (picked = samples);
     const rough = samples.map((k) => k + 1).filter((number) => unsolved.has(number));
     const told = `Of ${sampleWords(shown).toLowerCase()}.`;
@@ -78,7 +77,7 @@ export async function result({ params, signal }) {
         "results",
         item,
         [line(item), origin(item, parent)],
-        h("a", { class: "button", href: address("/compare", { results: item.id }) }, "Compare"),
+        goTo(address("/compare", { results: item.id }), "Compare"),
       ),
       stage.node,
       contactEditor(item, stage, choices.forms.resolve),
@@ -202,7 +201,7 @@ function place({ message, start }, stage) {
     stage.viewer?.pause();
     stage.viewer?.seek(start / FPS);
   };
-  return h("li", {}, h("button", { type: "button", class: "link", on: { click: go } }, message));
+  return h("li", {}, action("link", go, message));
 }
 
 /** Forms that few people open are loaded when they are opened. @param {Result} item @param {Context} context */

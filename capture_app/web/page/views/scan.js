@@ -1,10 +1,10 @@
 // An object made from a film of it: how to film, what with, what gives its size.
-import { ApiError, api, freshKey } from "../core/api.js";
+import { api, freshKey, missing } from "../core/api.js";
 import { box, folded, h, inRow, put, stacked } from "../core/dom.js";
-import { address, go } from "../core/router.js";
+import { toJob } from "../core/router.js";
 import { boardField, todo } from "../calibrate/board.js";
 import { brought } from "../parts/brought.js";
-import { attempt, choice, describedFields, grid, number, saidIn } from "../parts/fields.js";
+import { choice, describedFields, grid, number, saidIn, sends } from "../parts/fields.js";
 import { numbered } from "../parts/numbered.js";
 import { standsAt } from "../parts/pick_place.js";
 /** @import {Boards, Choices, Guide, Item, Session} from "../core/answers.js"
@@ -31,8 +31,7 @@ const TAKES = "This takes some minutes. It goes on when you leave the page, and 
 const SIZES = {
   session: "The phone's poses say how large it is. Nothing is needed here.",
   room: "The app measured the room in metres. A height is needed only if you know better.",
-  video:
-    "Pictures alone do not say how large it is: measure its height, or lay a printed board or marker beside it.",
+  video: "Pictures alone do not say how large it is: measure its height, or lay a printed board or marker beside it.",
 };
 
 /** @typedef {{sessions: Session[], videos: Item[], materials: Item[], guide: Guide, choices: Choices,
@@ -42,9 +41,7 @@ const SIZES = {
 /** `#/scan?source=ID&back=...` @param {Visit} visit */
 export async function scan({ query, signal }) {
   const [sessions, videos, materials, guide, choices] = await Promise.all(
-    ["sessions", "videos", "materials", "calibration", "choices"].map((what) =>
-      api(`/api/${what}`, { signal }),
-    ),
+    ["sessions", "videos", "materials", "calibration", "choices"].map((what) => api(`/api/${what}`, { signal })),
   );
   const page = new ScanPage({ sessions, videos, materials, guide, choices, signal }, query);
   return { title: "An object from a film", node: page.node };
@@ -109,25 +106,12 @@ class ScanPage {
     this.name.addEventListener("input", () => (this.name.dataset.mine = "yes"));
     return h(
       "form",
-      {
-        class: "stack wide",
-        on: {
-          submit: (event) => {
-            event.preventDefault();
-            attempt(this.button, this.problem, () => this.send());
-          },
-          change: () => put(this.problem),
-        },
-      },
+      { class: "stack wide", ...sends(this.button, this.problem, () => this.send()) },
       h(
         "header",
         {},
         h("h1", {}, "Make the object from a film of it"),
-        h(
-          "p",
-          { class: "lead" },
-          "In metres, in its colours, cut out of the room. No other program is needed.",
-        ),
+        h("p", { class: "lead" }, "In metres, in its colours, cut out of the room. No other program is needed."),
       ),
       numbered(1, "Film it", todo(HOW)),
       numbered(2, "The film", stacked(this.kind.node, this.place)),
@@ -149,11 +133,7 @@ class ScanPage {
   async send() {
     const source = this.source.read();
     if (!source) {
-      throw new ApiError(0, {
-        code: "missing",
-        what: "The film is still missing.",
-        fix: "Choose or bring it above.",
-      });
+      throw missing("The film is still missing.");
     }
     /** @type {Record<string, unknown>} */
     const json = {
@@ -164,8 +144,7 @@ class ScanPage {
       ...(this.cuts ? this.stood.read() : saidIn(this.more)),
     };
     if (this.more.format.node.hidden) json.format = null;
-    const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": this.key } });
-    go(address(`/jobs/${job.id}`, { from: location.hash, back: this.back }));
+    await toJob(json, this.key, { from: location.hash, back: this.back });
   }
 }
 
@@ -183,9 +162,7 @@ function sourcesOf({ sessions, videos, materials, signal }, current, changed) {
       "The folder your logger app wrote while you filmed the object, or a zip of it.",
       { folder: true },
     ),
-    video: one("video", videos, "Drop the video here", "MP4 or MOV.", {
-      accept: ".mp4,.mov,.m4v",
-    }),
+    video: one("video", videos, "Drop the video here", "MP4 or MOV.", { accept: ".mp4,.mov,.m4v" }),
     material: one(
       "material",
       materials,
@@ -212,11 +189,7 @@ function kindOf(sources) {
 /** @param {Boards} boards */
 function sizeFields(boards) {
   const words = h("p", { class: "hint" });
-  const height = number("Height of the object", {
-    unit: "m",
-    min: 0.01,
-    max: 10,
-  });
+  const height = number("Height of the object", { unit: "m", min: 0.01, max: 10 });
   const board = boardField(boards, { print: true, none: "no board beside it", markers: true });
   const node = stacked(words, box("grid", height.node, board.node));
   return {
@@ -225,9 +198,6 @@ function sizeFields(boards) {
       board.node.hidden = kind === "room";
       put(words, SIZES[kind] ?? SIZES.video);
     },
-    read: () => ({
-      height: height.read(),
-      board: board.node.hidden ? null : board.read() || null,
-    }),
+    read: () => ({ height: height.read(), board: board.node.hidden ? null : board.read() || null }),
   };
 }

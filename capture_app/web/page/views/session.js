@@ -92,9 +92,7 @@ class Take {
      *  @param {string} kind @param {string} id @param {string} words */
     const other = (kind, id, words) => {
       if (kind !== "object" && kind !== "mount") return false;
-      this.learn(kind, id).then(() =>
-        go(address(`/sessions/${this.item.id}`, { ...chosen, [kind]: id }), { words }),
-      );
+      this.learn(kind, id).then(() => go(address(`/sessions/${this.item.id}`, { ...chosen, [kind]: id }), { words }));
       return true;
     };
     const usual = this.by === "usual";
@@ -143,10 +141,7 @@ class Take {
     const signal = AbortSignal.any([this.signal, this.looking.signal]);
     // As high as the verdict before it: what is below stays where it is.
     this.told.style.minHeight = `${this.told.offsetHeight}px`;
-    put(
-      this.told,
-      box("verdict quiet", h("p", { class: "verdict-words waiting" }, "Looking at the recording…")),
-    );
+    put(this.told, box("verdict quiet", h("p", { class: "verdict-words waiting" }, "Looking at the recording…")));
     this.node.setAttribute("aria-busy", "true");
     this.order.judge(null);
     const ids = Object.entries(chosen).flatMap(([name, id]) => (id ? [[name, id]] : []));
@@ -161,9 +156,7 @@ class Take {
       this.order.judge(found);
       this.show(found, `${base}/report.html?${query}`);
       this.draw(found, `sessions/${this.item.id}/picture?${query}`);
-      await this.stage.open(
-        found.checks.length ? [{ url: `${base}/scene?${query}`, name: this.item.name }] : [],
-      );
+      await this.stage.open(found.checks.length ? [{ url: `${base}/scene?${query}`, name: this.item.name }] : []);
     } catch (error) {
       if (!signal.aborted) {
         put(this.told, trouble(inWords(error)));
@@ -182,10 +175,7 @@ class Take {
     const words = "The phone on the object: first, in mid-motion, last. A wrong mesh or mount shows here.";
     const picture = known && drawnLater(src, 1268, 420);
     if (picture) picture.alt = words;
-    put(
-      this.drawn,
-      picture && h("figure", { class: "take" }, picture, h("figcaption", { class: "hint" }, words)),
-    );
+    put(this.drawn, picture && h("figure", { class: "take" }, picture, h("figcaption", { class: "hint" }, words)));
   }
 
   /** @param {Report} report @param {string} page address of the one to print */
