@@ -1,5 +1,5 @@
 // The page of omocap: one document, a view for each address.
-import { api, connection } from "./core/api.js";
+import { api, ApiError, connection } from "./core/api.js";
 import { h, here, put } from "./core/dom.js";
 import { poll } from "./core/poll.js";
 import { Router } from "./core/router.js";
@@ -8,7 +8,6 @@ import { login } from "./parts/login.js";
 import { troublePage } from "./parts/trouble.js";
 import { job } from "./views/job.js";
 import { library } from "./views/library.js";
-import { missing } from "./views/missing.js";
 import { result } from "./views/result.js";
 import { start } from "./views/start.js";
 /** @import {Job} from "./core/answers.js"
@@ -22,6 +21,12 @@ const later = (name) => async (visit) => {
     throw error;
   });
   return module[name](visit);
+};
+
+/** An address that leads nowhere. @type {ViewOf} */
+const missing = async () => {
+  const error = new ApiError(404, { code: "page-missing", what: "There is no such page." });
+  return { title: "Not here", node: troublePage(error) };
 };
 
 /** @type {[RegExp, ViewOf][]} */

@@ -1,10 +1,9 @@
 // A calibration by recordings: what to do, what to bring, each thing looked at as it comes, one button.
 import { freshKey, missing } from "../core/api.js";
-import { h, hintLine, inRow, stacked } from "../core/dom.js";
+import { h, hintLine, inRow, numbered, stacked } from "../core/dom.js";
 import { toJob } from "../core/router.js";
 import { sends } from "../parts/fields.js";
 import { objectField } from "../parts/mount_form.js";
-import { numbered } from "../parts/numbered.js";
 /** @import {Choices, Guide, Item, Mount, Session, Thing} from "../core/answers.js"
  *  @import {Child} from "../core/dom.js"
  *  @import {Choice} from "../parts/fields.js" */

@@ -120,3 +120,22 @@ export function here(id) {
   if (!found) throw new Error(`the page has no ${id}`);
   return found;
 }
+
+let last = "";
+
+/** Say a sentence once, politely. @param {string} sentence */
+export function announce(sentence) {
+  if (sentence === last) return;
+  last = sentence;
+  here("live").textContent = sentence;
+}
+
+/** @param {number} numeral @param {string} title @param {Child[]} content */
+export function numbered(numeral, title, ...content) {
+  return h(
+    "section",
+    { class: "part" },
+    h("h2", {}, h("span", { class: "step-number", "aria-hidden": "true" }, String(numeral)), title),
+    content,
+  );
+}

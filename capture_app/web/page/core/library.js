@@ -1,7 +1,7 @@
 // Words and actions shared by all that lies in the library.
 import { api } from "./api.js";
 import { action, h, hintLine, inRow } from "./dom.js";
-import { go } from "./router.js";
+import { address, go, parse } from "./router.js";
 import { confirmed, renamed } from "../parts/dialog.js";
 /** @import {Item, Shelf} from "./answers.js"
  *  @import {Child} from "./dom.js" */
@@ -46,4 +46,13 @@ export function itemHead(kind, item, line, ...more) {
     h("div", {}, name, line && hintLine(line)),
     inRow(more, itemButtons(kind, item, changed)),
   );
+}
+
+/** A link that uses the item there; null without a recording. kind: "mount" or "object".
+ *  @param {string} kind @param {{id: string}} item @param {string | null} back */
+export function useIt(kind, item, back) {
+  if (!back?.startsWith("#/sessions/")) return null;
+  const { path, query } = parse(back);
+  const chosen = { ...Object.fromEntries(query), [kind]: item.id };
+  return inRow(h("a", { class: "button main", href: address(path, chosen) }, "Use it for the recording"));
 }

@@ -1,7 +1,6 @@
 // The address says what is shown: #/results/ID?compare=... ; back and forward just work.
 import { api, inWords } from "./api.js";
-import { h, put } from "./dom.js";
-import { announce } from "./live.js";
+import { announce, h, put } from "./dom.js";
 /** @import {ApiError} from "./api.js" */
 
 /** What a view is made for: parts of the address, and when it is left.

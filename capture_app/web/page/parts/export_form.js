@@ -1,7 +1,6 @@
 // The motion for another program.
 import { api } from "../core/api.js";
-import { folded, h, inRow, put, say } from "../core/dom.js";
-import { announce } from "../core/live.js";
+import { announce, folded, h, inRow, put, say } from "../core/dom.js";
 import { poll } from "../core/poll.js";
 import { ended } from "../core/words.js";
 import { describedFields, grid, saidIn, sends } from "./fields.js";
@@ -51,17 +50,13 @@ async function carryOut(order, { status, problem, signal, made }) {
   put(status, "Writing…");
   const { id } = await api("/api/jobs", { json: order, signal });
   let job = /** @type {Job | null} */ (null);
-  /** @param {unknown} error */
-  const failed = (error) => {
-    throw error;
-  };
   const look = async () => {
-    /** @type {Job} */
-    const now = await api(`/api/jobs/${id}`, { signal });
-    job = now;
-    return ended(now);
+    job = /** @type {Job} */ (await api(`/api/jobs/${id}`, { signal }));
+    return ended(job);
   };
-  await poll(look, 400, signal, failed);
+  await poll(look, 400, signal, (error) => {
+    throw error;
+  });
   if (signal.aborted || !job) return;
   say(status, "");
   if (job.state !== "done") {

@@ -1,6 +1,5 @@
 // The hands that hold the object, to be taken in the picture and moved over its surface.
-import { h } from "../core/dom.js";
-import { announce } from "../core/live.js";
+import { announce, h } from "../core/dom.js";
 /** @import {Segment} from "/static/viewer/pack.js"
  *  @import {Stage} from "./stage.js" */
 

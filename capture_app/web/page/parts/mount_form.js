@@ -83,3 +83,18 @@ export function objectField(objects, current, changed) {
   object.input.addEventListener("change", () => changed(object.read()));
   return object;
 }
+
+/** The mount of a mesh that is made in the phone's own axes. @param {{back: string | null}} context */
+export function identityForm({ back }) {
+  const content = h(
+    "p",
+    {},
+    "The origin of the mesh is the phone's camera: x to the right and y up in " +
+      "the picture, z out of the screen towards you. Nothing is to be measured.",
+  );
+  return h(
+    "section",
+    { class: "card" },
+    mountForm({ back, name: "Mesh around the phone", content, read: () => ({ method: "identity" }) }),
+  );
+}

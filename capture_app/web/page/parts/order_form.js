@@ -1,14 +1,17 @@
 // The few options of a motion, and the button that makes it.
 import { freshKey } from "../core/api.js";
-import { folded, freshId, h, inRow, say } from "../core/dom.js";
+import { folded, freshId, h, inRow, say, stacked } from "../core/dom.js";
 import { toJob } from "../core/router.js";
-import { attempt, describedFields, grid, saidIn, tick } from "./fields.js";
-import { remembered } from "./remembered.js";
-import { readingQuery, upField } from "./reading_fields.js";
-/** @import {Choices, Described, Report, Session} from "../core/answers.js" */
+import { attempt, choice, describedFields, field, grid, saidIn, tick } from "./fields.js";
+import { remembered } from "../core/stored.js";
+/** @import {Choices, Described, Report, Session} from "../core/answers.js"
+ *  @import {Field} from "./fields.js" */
 
 /** Ids of what a motion is made with. @typedef {{object: string | null, mount: string | null}} With */
 
+const DIRECTION = "direction";
+const NUMBER = String.raw`\s*[\-+]?(\d+\.?\d*|\.\d+)\s*`;
+const AXES = ["x", "y", "z", "-x", "-y", "-z"];
 const NOT_USABLE = "not usable";
 
 /** A form for POST /api/jobs of kind run: {node, update({object, mount}), judge(report), reading()}.
@@ -57,7 +60,7 @@ export function orderForm(session, choices, changed) {
   });
   // Taken up before anything listens: the view looks at the recording by itself.
   const left = remembered(node, `options of ${session.id}`);
-  more.open = left.some((field) => more.contains(field));
+  more.open = left.some((one) => more.contains(one));
   known.addEventListener("change", changed);
   fields.force.input.addEventListener("change", weigh);
   /** @param {With} now */
@@ -98,4 +101,37 @@ function stoodField() {
     hint: "Who taps the phone on the object to record does.",
   });
   return { ...asked, read: () => (asked.read() && !asked.node.hidden ? "phone" : null) };
+}
+
+/** What is said in them, as the query of a report has it. @param {Record<string, Field<any>>} fields */
+function readingQuery(fields) {
+  return Object.entries(fields).flatMap(([name, one]) => {
+    const value = one.read();
+    return value === null || value === false ? [] : [[name, String(value)]];
+  });
+}
+
+/** The way up: an axis of the mesh, or a direction. @returns {Field<any>} */
+function upField() {
+  const which = choice(
+    "Which way is up",
+    [
+      ["", "as the log says, or found"],
+      ...AXES.map((axis) => [`object:${axis}`, `along ${axis} of the mesh where the object rests`]),
+      [DIRECTION, "a direction in the phone's world"],
+    ],
+    { hint: "Where the log does not say it." },
+  );
+  const input = h("input", { type: "text", placeholder: "0,1,0", pattern: `${NUMBER},${NUMBER},${NUMBER}` });
+  const typed = field("Direction of up", input, "Three numbers in the phone's world, e.g. 0,1,0.");
+  const show = () => {
+    typed.hidden = which.read() !== DIRECTION;
+    input.disabled = typed.hidden;
+    input.required = !typed.hidden;
+  };
+  which.input.addEventListener("change", show);
+  show();
+  const direction = () => (input.value && input.checkValidity() ? input.value.split(",").map(Number) : null);
+  const read = () => (which.read() === DIRECTION ? direction() : which.read() || null);
+  return { node: stacked(which.node, typed), input: which.input, read };
 }

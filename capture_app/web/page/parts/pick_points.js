@@ -1,6 +1,5 @@
 // Named points, each clicked on the object in 3D or typed.
-import { box, folded, h, inRow, put, say, stacked } from "../core/dom.js";
-import { announce } from "../core/live.js";
+import { announce, box, folded, h, inRow, put, say, stacked } from "../core/dom.js";
 import { choice, number } from "./fields.js";
 import { Stage } from "./stage.js";
 

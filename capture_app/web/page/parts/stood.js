@@ -1,7 +1,6 @@
 // Say where the person stood when the take began, and have the motion made again from there.
 import { freshKey } from "../core/api.js";
-import { box, h, inRow, say, stacked } from "../core/dom.js";
-import { announce } from "../core/live.js";
+import { announce, box, h, inRow, say, stacked } from "../core/dom.js";
 import { toJob } from "../core/router.js";
 import { attempt, button, number } from "./fields.js";
 /** @import {Described, Result} from "../core/answers.js"

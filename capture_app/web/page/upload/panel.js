@@ -1,7 +1,6 @@
 // An upload as it is seen: how far, how long still, pause, cancel, and what went wrong.
 import { inWords } from "../core/api.js";
-import { action, h, inRow, put, say } from "../core/dom.js";
-import { announce } from "../core/live.js";
+import { action, announce, h, inRow, put, say } from "../core/dom.js";
 import { count, size, span } from "../core/words.js";
 import { attempt } from "../parts/fields.js";
 import { trouble } from "../parts/trouble.js";

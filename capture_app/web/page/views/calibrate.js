@@ -4,7 +4,7 @@ import { box, h, put, stacked } from "../core/dom.js";
 import { address } from "../core/router.js";
 import * as recorded from "../calibrate/ways.js";
 import { drawingForm } from "../parts/mount_drawing.js";
-import { identityForm } from "../parts/mount_identity.js";
+import { identityForm } from "../parts/mount_form.js";
 import { pointsForm } from "../parts/mount_points.js";
 /** @import {Context} from "../calibrate/recorded.js"
  *  @import {Visit} from "../core/router.js" */

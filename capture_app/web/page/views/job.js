@@ -1,7 +1,6 @@
 // A job: what it is doing, how long still, cancel; it may be left and come back to.
 import { api, inWords } from "../core/api.js";
-import { box, folded, goTo, h, hintLine, inRow, put, say } from "../core/dom.js";
-import { announce } from "../core/live.js";
+import { announce, box, folded, goTo, h, hintLine, inRow, put, say } from "../core/dom.js";
 import { poll } from "../core/poll.js";
 import { address, go } from "../core/router.js";
 import { KINDS, STATES, ended, span } from "../core/words.js";

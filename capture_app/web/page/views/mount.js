@@ -1,11 +1,10 @@
 // A stored mount: how it was found, and how sure it is.
 import { api } from "../core/api.js";
 import { box, factList, h, hintLine, stacked } from "../core/dom.js";
-import { itemHead } from "../core/library.js";
+import { itemHead, useIt } from "../core/library.js";
 import { fitWords, mountWords, sureWords } from "../parts/mount_words.js";
 import { mountWarning } from "../parts/pick_mount.js";
 import { Stage } from "../parts/stage.js";
-import { useIt } from "../parts/use_it.js";
 /** @import {Mount} from "../core/answers.js"
  *  @import {Visit} from "../core/router.js" */
 

@@ -1,11 +1,9 @@
 // A stored object: to look at, its size, its unit.
 import { api } from "../core/api.js";
-import { box, factList, folded, goTo, h, inRow, put, stacked } from "../core/dom.js";
-import { itemHead } from "../core/library.js";
-import { announce } from "../core/live.js";
+import { announce, box, factList, folded, goTo, h, inRow, put, stacked } from "../core/dom.js";
+import { itemHead, useIt } from "../core/library.js";
 import { address } from "../core/router.js";
 import { sides } from "../core/words.js";
-import { useIt } from "../parts/use_it.js";
 import { checkList } from "../parts/checks.js";
 import { choice, doing } from "../parts/fields.js";
 import { Stage } from "../parts/stage.js";

@@ -1,12 +1,11 @@
 // An object made from a film of it: how to film, what with, what gives its size.
 import { api, freshKey, missing } from "../core/api.js";
-import { box, folded, h, inRow, put, stacked } from "../core/dom.js";
+import { box, folded, h, inRow, numbered, put, stacked } from "../core/dom.js";
 import { toJob } from "../core/router.js";
 import { boardField, todo } from "../calibrate/board.js";
 import { brought } from "../parts/brought.js";
 import { choice, describedFields, grid, number, saidIn, sends } from "../parts/fields.js";
-import { numbered } from "../parts/numbered.js";
-import { standsAt } from "../parts/pick_place.js";
+import { PointPicker } from "../parts/pick_points.js";
 /** @import {Boards, Choices, Guide, Item, Session} from "../core/answers.js"
  *  @import {Visit} from "../core/router.js" */
 
@@ -200,4 +199,20 @@ function sizeFields(boards) {
     },
     read: () => ({ height: height.read(), board: board.node.hidden ? null : board.read() || null }),
   };
+}
+
+/** Where in a room the object stands, by a click. {node, picker, read()} @param {AbortSignal} signal */
+function standsAt(signal) {
+  const picker = new PointPicker({
+    names: ["The place"],
+    enough: 1,
+    label: "The place",
+    what: "room",
+    scene: (id) => `/api/rooms/${id}/scene`,
+    words: ({ left }) => (left > 0 ? "Click on the object." : "Good."),
+    signal,
+  });
+  const node = stacked(picker.stage.node, picker.status, picker.content);
+  const read = () => ({ method: "mesh", at: picker.points[0]?.at ?? null });
+  return { node, picker, read };
 }

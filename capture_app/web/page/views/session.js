@@ -1,13 +1,12 @@
 // A recording: its report and replay, the object, the mount, and the motion to be made.
 import { api, inWords } from "../core/api.js";
-import { box, factList, h, hintLine, part, put } from "../core/dom.js";
+import { box, factList, h, hintLine, numbered, part, put } from "../core/dom.js";
 import { itemHead } from "../core/library.js";
 import { address, go } from "../core/router.js";
 import { usualMount } from "../core/usual.js";
 import { capital, count, span } from "../core/words.js";
 import { drawnLater } from "../parts/cards.js";
 import { checkList, verdict } from "../parts/checks.js";
-import { numbered } from "../parts/numbered.js";
 import { pickMount } from "../parts/pick_mount.js";
 import { pickObject } from "../parts/pick_object.js";
 import { orderForm } from "../parts/order_form.js";
