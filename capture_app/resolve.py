@@ -104,9 +104,10 @@ class StagedCorrection(StagedResult[ResolveRequest]):
 
     def tried(self) -> Result:
         """Return the whole result with the corrected sample in its place."""
-        people = list(self._before.people)
-        people[self._index] = self._solved()[1]
-        return replace(self._before, people=tuple(people))
+        before, k = self._before, self._index
+        return replace(
+            before, people=(*before.people[:k], self._solved()[1], *before.people[k + 1 :])
+        )
 
     def _solved(self) -> tuple[ObjectClip, Person]:
         scene = self._thing.clip(self.object_motion.T_world_object)

@@ -130,7 +130,7 @@ class TakeOptions(ReadingOptions):
         Field(
             title="Refuse what is usable with limits",
             description="Refuse a take of which `omocap inspect` finds anything that is to be looked at. "
-            "No motion is made where a check says more than fine.",
+            "No motion is made where a check is not fine.",
         ),
     ] = False
 

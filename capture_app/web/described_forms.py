@@ -89,4 +89,5 @@ def _kind(
 def _hint(said: Described) -> str:
     """What the description says beside the title."""
     text = _COMMAND.sub("", said.get("description", "")).strip()
-    return "" if text.rstrip(".").lower() == said["title"].lower() else text
+    rest = re.sub(rf"^(?i:{re.escape(said['title'])})[.;:]\s*", "", text)
+    return rest[:1].upper() + rest[1:]

@@ -20,7 +20,9 @@ class Whole(BaseModel):
         shown("m"),
         Field(title="Size", ge=1, le=3, description="How large."),
     ] = None
-    count: Annotated[int, Field(title="Count", ge=2, description="Run `omocap it`. How many.")] = 3
+    count: Annotated[
+        int, Field(title="Count", ge=2, description="Run `omocap it`. Count; how many.")
+    ] = 3
     on: Annotated[bool, Field(title="On", description="On.")] = True
     way: Annotated[
         Literal["a", "b", "c"],
