@@ -26,34 +26,29 @@ def form_of(
     """Return the fields of the form for a request; the sample is always the one that is shown.
 
     Args:
-        model: of HTTP.
+        model: the request.
         leave_out: what the page asks otherwise.
         known: the values that a field may have, by its name, where the server knows them all.
     """
     schema = model.model_json_schema()
-    named: dict[str, Any] = schema.get("$defs", {})
+    named = schema.get("$defs", {})
     return [
-        _described(name, said, _variants(said, named), known or {}) | {"group": _group(model, name)}
+        _described(name, said, named, known or {}) | {"group": _group(model, name)}
         for name, said in schema["properties"].items()
         if name not in leave_out and name != "sample"
     ]
 
 
-def _variants(said: Described, named: Mapping[str, Any]) -> list[Described]:
-    parts = said.get("anyOf", [said])
-    return [named[p["$ref"].rpartition("/")[2]] if "$ref" in p else p for p in parts]
-
-
 def _group(model: type[BaseModel], name: str) -> str:
     if name in ReadingOptions.model_fields:
         return "reading"
-    main = group_of(model.model_fields[name]) is OptionGroup.MAIN
-    return "main" if main else "more"
+    return "main" if group_of(model.model_fields[name]) is OptionGroup.MAIN else "more"
 
 
 def _described(
-    name: str, said: Described, parts: list[Described], known: Mapping[str, Sequence[str]]
+    name: str, said: Described, named: Described, known: Mapping[str, Sequence[str]]
 ) -> Described:
+    parts = [named.get(p.get("$ref", "").rpartition("/")[2], p) for p in said.get("anyOf", [said])]
     typed = [part for part in parts if part.get("type") != "null"]
     optional, words = len(typed) < len(parts), said.get("words", {})
     one = typed[0] if len(typed) == 1 else {}
