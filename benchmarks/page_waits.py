@@ -93,7 +93,7 @@ def waits_of(checkout: Path) -> tuple[PageWait, PageWait]:
         page.get_by_role("button", name="Correct the contacts").click()
         page.get_by_role("slider", name=re.compile("hand contact 1, stop")).first.focus()
         page.keyboard.press("PageDown")
-        solved = clicked(page, "Solve again")
+        solved = clicked(page, "Keep it as a new motion")
         browser.close()
     return made, solved
 

@@ -1,6 +1,7 @@
 """A result with corrected contacts becomes another one: only what the correction touches is solved."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from omomo_core.contact.contact_file import read_contacts
 from omomo_core.contact.segment import ContactSpan
 from omomo_core.errors import InputError
 from omomo_core.generation.generation_options import notes_of
-from omomo_core.generation.object_clip import ObjectModel
+from omomo_core.generation.object_clip import ObjectClip, ObjectModel
 from omomo_core.generation.person import Person
 from omomo_core.generation.resolve_contacts import changed, resolve
 from omomo_core.generation.selection.ranking import score
@@ -62,6 +63,15 @@ def corrected_motion(request: ResolveRequest, progress: Progress = silent) -> Re
     return run_stages(StagedCorrection(request, progress))
 
 
+def tried_correction(request: ResolveRequest) -> Result:
+    """Return the result with one sample corrected, of which nothing is written.
+
+    Raises:
+        InputError, AssetError: see `corrected_motion`.
+    """
+    return StagedCorrection(request, silent).tried()
+
+
 class StagedCorrection(StagedResult[ResolveRequest]):
     """A result on its way to a corrected one."""
 
@@ -86,12 +96,22 @@ class StagedCorrection(StagedResult[ResolveRequest]):
     def solve(self) -> None:
         """Solve again what the contacts touch, and write motion.npz."""
         self.clock("solve", 0.0)
-        scene = self._thing.clip(self.object_motion.T_world_object)
-        person = resolve(self._person, self._edited, scene, self._thing, self.body)
+        scene, person = self._solved()
         self.clock("solve", 1.0)
         save_corrected(self.staging.folder / MOTION, self._before, self._index, person)
         scores = score(person, scene.must_hold)
         self.keep(GeneratedSample(person, 0, (scores,), notes_of(scores)))
+
+    def tried(self) -> Result:
+        """Return the whole result with the corrected sample in its place."""
+        before, k = self._before, self._index
+        return replace(
+            before, people=(*before.people[:k], self._solved()[1], *before.people[k + 1 :])
+        )
+
+    def _solved(self) -> tuple[ObjectClip, Person]:
+        scene = self._thing.clip(self.object_motion.T_world_object)
+        return scene, resolve(self._person, self._edited, scene, self._thing, self.body)
 
     @property
     def inputs(self) -> Mapping[str, Path]:

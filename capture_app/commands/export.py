@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-from capture_app.commands.inputs import Sample
+from capture_app.commands.inputs import Sample, shown
 from capture_app.commands.request import Request
 
 UpAxis = Literal["y", "z"]
@@ -39,6 +39,13 @@ def _number(value: object) -> object:
     return int(value) if isinstance(value, str) and value.isdecimal() else value
 
 
+FORMAT_WORDS = shown(
+    words="glb: GLB for Blender, Unity, Unreal; bvh: BVH for any animation program; "
+    "usd: USD for Maya, Houdini, Unreal; fbx: FBX through your Blender; "
+    "amass: npz of SMPL-X, for research; csv: CSV for spreadsheets"
+)
+
+
 class ExportOptions(BaseModel):
     """How the file shall be; None leaves it to the format."""
 
@@ -46,6 +53,7 @@ class ExportOptions(BaseModel):
 
     to: Annotated[
         ExportFormat | None,
+        FORMAT_WORDS,
         Field(title="Format", description="Format; that of the output file's ending if not given."),
     ] = None
     fps: Annotated[
@@ -55,15 +63,23 @@ class ExportOptions(BaseModel):
     ] = 30
     up: Annotated[
         UpAxis | None,
+        shown(words=": as usual there; y: y; z: z"),
         Field(
-            title="Up axis", description="Up axis; what the format's readers expect if not given."
+            title="Up axis",
+            description="Up axis; what the format's readers expect if not given.",
         ),
     ] = None
     units: Annotated[
-        Units | None, Field(description="Unit; what the format's readers expect if not given.")
+        Units | None,
+        shown(words=": as usual there; m: metres; cm: centimetres"),
+        Field(
+            title="Unit of lengths",
+            description="Unit; what the format's readers expect if not given.",
+        ),
     ] = None
     bones: Annotated[
         Bones,
+        shown(words="smplx: SMPL-X; mixamo: Mixamo; unreal: Unreal; unity: Unity; vrm: VRM"),
         Field(title="Names of the bones", description="Program whose names the bones shall have."),
     ] = Bones.smplx
     sample: Sample = None

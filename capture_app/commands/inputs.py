@@ -100,6 +100,17 @@ ItemKind = Literal["session", "object", "mount", "video", "contacts", "material"
 """What can be in the library of the page."""
 
 
+def shown(unit: str = "", words: str = "") -> Any:
+    """Mark a field with what a form shows of it.
+
+    Args:
+        unit: behind the label.
+        words: what its values are called, as "value: word; value: word"; ": word" where none is chosen.
+    """
+    named: Any = dict(pair.split(": ") for pair in words.split("; ") if words)
+    return Field(json_schema_extra={"unit": unit} if unit else {"words": named})
+
+
 class OptionGroup(StrEnum):
     """Marks a field with the group in which the help of the command line lists its option."""
 
@@ -158,6 +169,7 @@ class Inline:
 
 LogFormat = Annotated[
     str | None,
+    shown(words=": found by what it holds"),
     Field(
         title="Recorded with",
         max_length=100,

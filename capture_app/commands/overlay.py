@@ -14,6 +14,7 @@ from capture_app.commands.inputs import (
     OptionName,
     Sample,
     ShortText,
+    shown,
 )
 from capture_app.commands.render import DrawnBy, Smooth
 from capture_app.commands.request import Request
@@ -109,6 +110,7 @@ class OverlayRequest(Request):
     ] = 0.0
     offset: Annotated[
         FiniteFloat | None,
+        shown("s"),
         Field(
             title="Add to the film's time to get the motion's",
             description="Seconds to add to the film's time to get the motion's; found by a board on the "
@@ -118,6 +120,7 @@ class OverlayRequest(Request):
     object_style: Annotated[
         Literal["outline", "drawn", "hidden"],
         OptionName("--object"),
+        shown(words="outline: its outline; drawn: the object itself; hidden: nothing of it"),
         Field(
             title="Draw of the object",
             # The name that earlier clients of the page's API send is still understood.
@@ -136,7 +139,11 @@ class OverlayRequest(Request):
         ),
     ] = 1.0
     wipe: Annotated[
-        bool, Field(description="A line that goes to and fro between before and after.")
+        bool,
+        Field(
+            title="A line that goes to and fro between before and after",
+            description="A line that goes to and fro between before and after.",
+        ),
     ] = False
     sample: Sample = None
     smooth: Smooth = None

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat
 
-from capture_app.commands.inputs import LogFormat, OptionGroup
+from capture_app.commands.inputs import LogFormat, OptionGroup, shown
 from capture_app.commands.request import place_of
 from capture_app.commands.text_values import read_up
 from ingest.trajectory.trajectory_config import Reading, Top
@@ -25,6 +25,7 @@ class ReadingOptions(BaseModel):
 
     floor: Annotated[
         FiniteFloat | None,
+        shown("m"),
         OptionGroup.READING,
         Field(
             title="Height of the floor",

@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-from capture_app.commands.inputs import OptionName, Sample
+from capture_app.commands.inputs import OptionName, Sample, shown
 from capture_app.commands.request import Request, VideoSize, place_of
 from capture_app.commands.text_values import read_sheet
 
@@ -27,9 +27,11 @@ Still = Annotated[
 Markers = Annotated[bool, Field(description="Show where hands hold, and the object's trail.")]
 Smooth = Annotated[
     bool | None,
+    shown(words=": in pictures alone; true: yes; false: no"),
     Field(
+        title="Smooth edges",
         description="Smooth edges; a video takes half as long again. only PNGs have them if "
-        "not given."
+        "not given.",
     ),
 ]
 DrawnBy = Annotated[
@@ -44,6 +46,10 @@ class RenderOptions(BaseModel):
 
     view: Annotated[
         View,
+        shown(
+            words="third: from the front; orbit: all around; follow: from behind, walking along; "
+            "top: from above, as a map; object: from the object; hands: close to the hands"
+        ),
         Field(
             title="Seen",
             description="third: person and object from the front; orbit: a slow circle around them; "

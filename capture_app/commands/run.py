@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, FiniteFloat
 
-from capture_app.commands.inputs import OptionGroup, OptionName, Sample
+from capture_app.commands.inputs import OptionGroup, OptionName, Sample, shown
 from capture_app.commands.reading import ReadingOptions
 from capture_app.commands.render import RenderRequest, View
 from capture_app.commands.request import Request, VideoSize, place_of
@@ -86,14 +86,17 @@ class TakeOptions(ReadingOptions):
     ] = 10
     solve: Annotated[
         Literal["shown", "all"],
+        shown(words="shown: the best sample; all: all samples"),
         OptionGroup.MOTION,
         Field(
+            title="Solve at once",
             description="Which samples are solved at once: the one that is shown, or all. The others are "
             "solved when somebody looks at them.",
         ),
     ] = "shown"
     contact: Annotated[
         Literal["segments", "paper"],
+        shown(words="segments: while it needs them; paper: from first touch to the end"),
         OptionGroup.MOTION,
         Field(
             title="Hands hold the object",
@@ -103,6 +106,7 @@ class TakeOptions(ReadingOptions):
     ] = "segments"
     height: Annotated[
         float | None,
+        shown("m"),
         Field(
             title="Height of the person",
             ge=0.8,
@@ -154,16 +158,17 @@ class TakeOptions(ReadingOptions):
         OptionGroup.READING,
         Field(
             title="Use a recording that is not usable",
-            description="Use a take that `omocap inspect` calls not usable.",
+            description="Use a take that `omocap inspect` calls not usable. The motion will be wrong where "
+            "the checks are bad.",
         ),
     ] = False
-
     strict: Annotated[
         bool,
         OptionGroup.RESULT,
         Field(
             title="Refuse what is usable with limits",
-            description="Refuse a take of which `omocap inspect` finds anything that is to be looked at.",
+            description="Refuse a take of which `omocap inspect` finds anything that is to be looked at. "
+            "No motion is made where a check is not fine.",
         ),
     ] = False
 

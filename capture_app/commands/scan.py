@@ -5,7 +5,14 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat, model_validator
 
-from capture_app.commands.inputs import FromLibrary, LogFormat, OptionName, Positional, ShortText
+from capture_app.commands.inputs import (
+    FromLibrary,
+    LogFormat,
+    OptionName,
+    Positional,
+    ShortText,
+    shown,
+)
 from capture_app.commands.request import ItemRequest, place_of
 from capture_app.commands.text_values import read_box, read_point
 from ingest.scan.scan_choices import PICTURES, VERTICES, Method, Symmetry, Unit, Up
@@ -83,6 +90,7 @@ class ScanOptions(BaseModel):
     ] = None
     method: Annotated[
         Method,
+        shown(words="auto: all there is; stereo: pictures alone; depth: the phone's LiDAR alone"),
         Field(
             title="Measure the surface by",
             description="Measure the surface by matching pictures (stereo), by the phone's LiDAR "
@@ -100,6 +108,10 @@ class ScanOptions(BaseModel):
     ] = None
     symmetry: Annotated[
         Symmetry,
+        shown(
+            words="auto: where the film does not go around; on: wherever the object has it; "
+            "off: nowhere, its halves differ"
+        ),
         Field(
             title="Mirror symmetry",
             description="Let one half of a symmetric object show what the other hides: auto does so "
@@ -110,7 +122,7 @@ class ScanOptions(BaseModel):
         bool,
         Field(
             title="Paint a texture",
-            description="Paint a texture from the pictures; without, GLB holds colours of vertices.",
+            description="Paint a texture from the pictures. Without, GLB holds colours of vertices.",
         ),
     ] = True
     vertices: Annotated[
@@ -140,7 +152,6 @@ class ScanOptions(BaseModel):
             description="Which object of a mesh that holds several; not given where there is one."
         ),
     ] = None
-
     draft: Annotated[
         bool,
         Field(

@@ -189,15 +189,12 @@ def pack_result(
         "start_time": moved.start_time,
         "body": {"name": body.name, "credit": body.credit, "height": body.height},
         "samples": len(result.people),
-        "unsolved": sorted(result.unsolved),
         "chosen": manifest.chosen,
         "first": sample_index(result, sample),
         "scores": manifest.scores,
-        "contacts": _contacts(result.people, moved.mesh),
         "editable": any(person.segments for person in result.people),
         "floor": manifest.floor.model_dump(),
-        "faults": [_faults(result, k) for k in range(len(result.people))],
-        "grips": [_placed(told_grips(person)) for person in result.people],
+        **_told_of_people(result),
         "notes": (*manifest.notes, *header_part.pop("notes", ())),
     }
     header = {**header, **thing[0], **header_part}
@@ -211,6 +208,28 @@ def pack_result(
             **arrays,
         },
     )
+
+
+def pack_people(result: Result, *, words: Callable[[Any], Any] = all_in_options) -> bytes:
+    """Pack the people of a result alone: what another correction of it changes in its scene.
+
+    Args:
+        result: as corrected.
+        words: as for `pack_result`.
+    """
+    told = _told_of_people(result)
+    header = {"kind": "people", "frames": len(result.object_motion.valid), **told}
+    texts = {key: words(told[key]) for key in ("faults", "grips")}
+    return pack_bytes(header | texts, _people_arrays(result.people, body_of(result)))
+
+
+def _told_of_people(result: Result) -> dict[str, Any]:
+    return {
+        "unsolved": sorted(result.unsolved),
+        "contacts": _contacts(result.people, result.object_motion.mesh),
+        "faults": [_faults(result, k) for k in range(len(result.people))],
+        "grips": [_placed(told_grips(person)) for person in result.people],
+    }
 
 
 def _faults(result: Result, k: int) -> list[dict[str, Any]]:

@@ -12,7 +12,7 @@ from omomo_core.errors import all_spelled, spelled
 _BUTTONS = {
     "calibrate": "Find it now, step by step",
     "formats": "Recorded with",
-    "resolve": "Solve again",
+    "resolve": "Keep it as a new motion",
     "run": "Make the motion",
     "scan": "Make it from a film",
 }

@@ -27,6 +27,7 @@ from capture_app.calibration.guide_recordings import (
 from capture_app.calibration.guide_steps import Finding
 from capture_app.calibration.mount_look import look_at
 from capture_app.commands.calibrate import DrawingWay, PointsWay
+from capture_app.commands.run import ResolveRequest
 from capture_app.inspection import Inspection, inspect_take, usable_take
 from capture_app.report_page import report_page
 from capture_app.web.page_words import all_in_page_words, in_page_words
@@ -290,6 +291,22 @@ def solve_samples(result: Path, samples: tuple[int, ...]) -> dict[str, Any]:
     loaded = load_result(result)
     solved_result(loaded, [sample_index(loaded, number) for number in samples])
     return {}
+
+
+def try_contacts(result: Path, contacts: str, sample: int | None, scene: Path) -> dict[str, Any]:
+    """Write the people of a result as they are with other contacts; the result stays as it is.
+
+    Raises:
+        InputError: as `tried_correction`.
+    """
+    from capture_app.replay.scene_pack import pack_people
+    from capture_app.resolve import tried_correction
+
+    edited = scene.with_suffix(".json")
+    write_whole(edited, contacts)
+    none = scene.with_suffix(".none")
+    request = ResolveRequest(output=none, result=result, contacts=edited, sample=sample)
+    return _written(scene, pack_people(tried_correction(request), words=_of_a_run))
 
 
 def pack_result_film(result: Path, film: Path) -> dict[str, Any]:

@@ -11,13 +11,15 @@ import pytest
 from capture_app.cli.app import invoke
 from capture_app.commands.run import ResolveRequest, RunRequest
 from capture_app.pipeline import run_take
-from capture_app.resolve import resolve_result
+from capture_app.replay.scene_pack import pack_people
+from capture_app.resolve import resolve_result, tried_correction
 from capture_app.result import Result, load_result
 from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from capture_app.solve_samples import solved_result
 from omomo_core.contact.contact_file import read_contacts
 from omomo_core.errors import InputError
 from omomo_core.geometry.surface import sample_surface
+from tests.capture_app.replay.made import read_pack
 from tests.capture_app.test_cli import assert_refused
 
 Inputs = Any
@@ -80,6 +82,26 @@ def test_any_sample_is_corrected_when_it_is_named(demo: Result, tmp_path: Path) 
     np.testing.assert_allclose(made.people[0].human.root, before.human.root, atol=0.1)
     with pytest.raises(InputError, match="no sample 3"):
         resolve_result(request.model_copy(update={"sample": 3, "output": tmp_path / "x"}), silent)
+
+
+def test_contacts_are_tried_without_a_trace(
+    demo: Result, contacts: Contacts, tmp_path: Path
+) -> None:
+    contacts["segments"][0]["stop"] -= 5
+    edited = tmp_path / "edited.json"
+    edited.write_text(json.dumps(contacts))
+    request = ResolveRequest(result=demo.folder, contacts=edited, output=tmp_path / "none")
+    there = sorted(demo.folder.rglob("*"))
+    tried = tried_correction(request)
+    assert sorted(demo.folder.rglob("*")) == there
+    assert list(tmp_path.iterdir()) == [edited]
+    kept = correct(demo, contacts, tmp_path).people[0]
+    shown = tried.people[demo.manifest.chosen]
+    np.testing.assert_allclose(shown.human.root, kept.human.root, atol=1e-6)
+    other = 1 - demo.manifest.chosen
+    assert tried.people[other] is not shown
+    header, _ = read_pack(pack_people(tried))
+    assert header["contacts"][demo.manifest.chosen][0]["stop"] == contacts["segments"][0]["stop"]
 
 
 def test_a_run_writes_the_contacts_of_its_chosen_sample(demo: Result) -> None:

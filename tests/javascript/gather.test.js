@@ -92,7 +92,7 @@ test("a mesh inside a recording's folder belongs to the recording", () => {
 test("a folder with a recording, its mesh and its mount is understood whole", () => {
   const whole = ["session/odometry.csv", "session/rgb.mp4", "box.obj", "mount.json"];
   assert.deepEqual(told(sorted(folder(...whole.map((path) => `simulated/${path}`)))), [
-    ["session", "session", ["odometry.csv", "rgb.mp4"]],
+    ["session", "simulated", ["odometry.csv", "rgb.mp4"]],
     ["object", "box.obj", ["box.obj"]],
     ["mount", "mount.json", ["mount.json"]],
   ]);

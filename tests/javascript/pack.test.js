@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { readPack } from "../../capture_app/replay/viewer/pack.js";
+import { readPack, withPeople } from "../../capture_app/replay/viewer/pack.js";
 import { HEADER, packed } from "./made_pack.js";
 
 const ARRAYS = {
@@ -44,6 +44,19 @@ test("what a pack does not hold is null, and refused by name where it is needed"
 test("an array without an element is there", () => {
   const pack = readPack(packed(HEADER, { film_times: { dtype: "f4", shape: [0], values: [] } }));
   assert.equal(pack.array("film_times").length, 0);
+});
+
+test("a correction takes the place of the people alone", () => {
+  const whole = readPack(packed({ ...HEADER, contacts: [[]], name: "whole" }, ARRAYS));
+  const root = { dtype: "f4", shape: [1, 3, 3], values: Array(9).fill(4) };
+  const segment = { hand: "left", start: 0, stop: 2, anchor: [0, 0, 1] };
+  const told = { ...HEADER, kind: "people", contacts: [[segment]], faults: [[]], grips: [[]], unsolved: [] };
+  const pack = withPeople(whole, packed(told, { root }));
+  assert.deepEqual(Array.from(pack.need("root")), root.values);
+  assert.deepEqual(Array.from(pack.array("valid")), ARRAYS.valid.values);
+  assert.deepEqual([pack.header.name, pack.header.kind], ["whole", "result"]);
+  assert.deepEqual(pack.header.contacts, [[segment]]);
+  assert.deepEqual(whole.header.contacts, [[]]);
 });
 
 test("another version is refused", () => {

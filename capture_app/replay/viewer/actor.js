@@ -104,10 +104,7 @@ export class Actor {
   #body() {
     const [joints, weights] = [this.pack.array("skin_joints"), this.pack.array("skin_weights")];
     if (!joints || !weights) return null;
-    return this.#mesh("body", [
-      { data: joints, width: 4 },
-      { data: weights, width: 4, normalized: true },
-    ]);
+    return this.#mesh("body", [{ data: joints, width: 4 }, { data: weights, width: 4, normalized: true }]);
   }
 
   #object() {

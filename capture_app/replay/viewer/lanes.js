@@ -25,10 +25,7 @@ function ofBody(pack, sample) {
   const about = { top: FULL_MISS, unit: "cm" };
   const miss = curveLane({ ...about, values: off, kind: "tl-one", label: "Palm off its place" });
   const deep = curveLane({ ...about, values: inside, kind: "tl-two", label: "Body in the object" });
-  return [
-    { name: "Palm off", ...miss },
-    { name: "Inside", ...deep },
-  ];
+  return [{ name: "Palm off", ...miss }, { name: "Inside", ...deep }];
 }
 
 /** @param {Pack} pack */
@@ -39,10 +36,7 @@ function ofPhone(pack) {
   const values = pack.need("phone_speed");
   const about = { top: FULL_SPEED, unit: "m/s", kind: "tl-one" };
   const speed = curveLane({ ...about, values, label: "Speed of the phone" });
-  return [
-    { name: "Tracking", ...band },
-    { name: "Speed", ...speed },
-  ];
+  return [{ name: "Tracking", ...band }, { name: "Speed", ...speed }];
 }
 
 /** @param {Bytes} states */

@@ -2,7 +2,7 @@
 
 /** What docs/replay.md lists of a header.
  *  @typedef {{
- *    version: number, kind: "result" | "film" | "session" | "object", name: string,
+ *    version: number, kind: "result" | "people" | "film" | "session" | "object", name: string,
  *    fps: number, frames: number, samples: number, chosen: number, first: number, editable: boolean,
  *    joint_names: string[], joint_parents: number[], contacts: Segment[][], unsolved: number[],
  *    object: {name: string} | null, body: {height: number} | null, report: {verdict: string, app: string} | null,
@@ -46,6 +46,18 @@ const TYPES = {
   u2: Uint16Array,
   u4: Uint32Array,
 };
+
+/** A pack with other people in it, as a correction moves them. @param {Pack} pack @param {ArrayBuffer} buffer
+ *  @returns {Pack} */
+export function withPeople(pack, buffer) {
+  const { header, array: own } = readPack(buffer);
+  const { contacts, unsolved, faults, grips } = header;
+  /** @type {Pack["array"]} */
+  const array = (name) => own(name) ?? pack.array(name);
+  /** @type {Pack["need"]} */
+  const need = (name) => own(name) ?? pack.need(name);
+  return { header: { ...pack.header, contacts, unsolved, faults, grips }, array, need };
+}
 
 /** @param {ArrayBuffer} buffer @returns {Pack} */
 export function readPack(buffer) {

@@ -36,9 +36,7 @@ export function layerBoxes(host, viewer, header) {
     phone: "phone_position",
     path: "phone_position",
   };
-  const there = Object.entries(LAYERS).filter(
-    ([name]) => !needed[name] || needed[name] in header.arrays,
-  );
+  const there = Object.entries(LAYERS).filter(([name]) => !needed[name] || needed[name] in header.arrays);
   host.replaceChildren(
     ...there.map(([name, text]) => {
       const box = element("input", {

@@ -20,9 +20,7 @@ export function pixels({ x, width, height }, ratio) {
 /** Where a point of the world is in the picture, CSS pixels, and its depth (behind the eye below 0).
  *  @param {Matrix} m of the view and its projection @param {Pane} pane @param {number[]} place */
 export function projected(m, pane, [x, y, z]) {
-  const [right, up, , depth] = [0, 1, 2, 3].map(
-    (k) => m[k] * x + m[4 + k] * y + m[8 + k] * z + m[12 + k],
-  );
+  const [right, up, , depth] = [0, 1, 2, 3].map((k) => m[k] * x + m[4 + k] * y + m[8 + k] * z + m[12 + k]);
   return {
     x: pane.x + ((right / depth + 1) / 2) * pane.width,
     y: ((1 - up / depth) / 2) * pane.height,

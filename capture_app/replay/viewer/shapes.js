@@ -57,8 +57,5 @@ export function frustum(lens, depth) {
   const y = depth * Math.tan((lens?.fov_y ?? 0.9) / 2);
   const x = y * (lens?.aspect ?? 4 / 3);
   const corners = [[-x, -y, -depth], [x, -y, -depth], [x, y, -depth], [-x, y, -depth]];
-  return corners.flatMap((corner, k) => [
-    [[0, 0, 0], corner],
-    [corner, corners[(k + 1) % 4]],
-  ]);
+  return corners.flatMap((corner, k) => [[[0, 0, 0], corner], [corner, corners[(k + 1) % 4]]]);
 }

@@ -75,6 +75,16 @@ export class Timeline extends EventTarget {
     this.#rows.style.setProperty("--to", String(seconds ? (end * fps + 1) / frames : 0));
   }
 
+  /** The same scene with another motion; what has the focus keeps it. @param {Pack} pack */
+  set pack(pack) {
+    const { activeElement: active } = document;
+    const scrubbed = active === this.#scrubber;
+    this.#pack = pack;
+    this.#build();
+    if (scrubbed) this.#scrubber.focus({ preventScroll: true });
+    else if (active instanceof HTMLElement && this.#root.contains(active)) active.focus({ preventScroll: true });
+  }
+
   get sample() {
     return this.#sample;
   }
@@ -114,6 +124,19 @@ export class Timeline extends EventTarget {
     if (!selected) return;
     const held = Array.isArray(at) ? { anchor: at } : at && heldAt(at);
     this.#strips?.edit((edits) => edits.hold(selected, held));
+  }
+
+  /** Let a contact hold elsewhere, `instead` of where the last edit put it, while it is dragged.
+   *  @param {Segment} segment @param {Picked} at @param {boolean} instead */
+  move(segment, at, instead) {
+    if (instead) this.#strips?.edits.takeBack();
+    this.#strips?.edit((edits) => edits.hold(segment, heldAt(at)));
+  }
+
+  /** The contact of a hand at the playhead. @param {string} hand */
+  heldBy(hand) {
+    const frame = this.#frame();
+    return this.segments.find((s) => s.hand === hand && s.start <= frame && frame < s.stop) ?? null;
   }
 
   /** All contacts as they are now, the corrected ones with the places that were picked. */

@@ -2,7 +2,9 @@
 
 import { Actor } from "./actor.js";
 import { Camera, ray } from "./camera.js";
+import { HANDS } from "./contact_edits.js";
 import { control } from "./controls.js";
+import { Motion } from "./motion.js";
 import { readPack } from "./pack.js";
 import { themeOf } from "./palette.js";
 import { onFloor, pickObject } from "./pick.js";
@@ -11,7 +13,7 @@ import { playedOn } from "./playback.js";
 import { Stage } from "./stage.js";
 import { Surface } from "./surface.js";
 import { multiply, point, rigidInverse } from "./vectors.js";
-/** @import {Segment} from "./pack.js" @import {Pane} from "./panes.js" @import {Picked} from "./pick.js" */
+/** @import {Pack, Segment} from "./pack.js" @import {Pane} from "./panes.js" @import {Picked} from "./pick.js" */
 
 const LAYERS = ["body", "object", "phone", "path", "contacts", "trail", "grid", "shadow"];
 
@@ -85,6 +87,16 @@ export class Viewer extends EventTarget {
     if (sample !== undefined) actor.motion.sample = sample;
     if (this.#actors.size === 1) this.frameAll();
     this.#tell("loaded", { slot, header: actor.pack.header });
+    this.#change();
+  }
+
+  /** Another motion of the same things, from here on. @param {number} slot @param {Pack} pack */
+  revise(slot, pack) {
+    const actor = this.#actor(slot);
+    const motion = new Motion(pack);
+    motion.sample = actor.motion.sample;
+    Object.assign(actor, { pack, motion });
+    this.#tell("unloaded", { slot });
     this.#change();
   }
 
@@ -234,6 +246,14 @@ export class Viewer extends EventTarget {
     return projected(multiply(projection, rigidInverse(T)), pane, place);
   }
 
+  /** Where a contact of the first slot is in its picture: its place on the object, or its palm without one.
+   *  @param {Segment} contact */
+  contactAt({ hand, place, anchor }) {
+    const { object, palms } = this.#actor(0).motion.at(this.#time);
+    const at = place ?? anchor;
+    return this.project(at && object ? point(object, at) : palms[HANDS.indexOf(hand)]);
+  }
+
   /** @param {number} slot */
   joints(slot) {
     const { joints } = this.#actor(slot).motion.at(this.#time);
@@ -272,6 +292,7 @@ export class Viewer extends EventTarget {
       this.#stage.draw(pixels(pane, ratio), view, scenes, theme, this.#layers);
     }
     if (!panes.length) this.#surface.clear(theme.background);
+    this.#tell("drawn", {});
   }
 
   /** @param {Pane} pane */

@@ -1,5 +1,5 @@
 // The page of omocap: one document, a view for each address.
-import { api, connection } from "./core/api.js";
+import { api, ApiError, connection } from "./core/api.js";
 import { h, here, put } from "./core/dom.js";
 import { poll } from "./core/poll.js";
 import { Router } from "./core/router.js";
@@ -8,7 +8,6 @@ import { login } from "./parts/login.js";
 import { troublePage } from "./parts/trouble.js";
 import { job } from "./views/job.js";
 import { library } from "./views/library.js";
-import { missing } from "./views/missing.js";
 import { result } from "./views/result.js";
 import { start } from "./views/start.js";
 /** @import {Job} from "./core/answers.js"
@@ -22,6 +21,12 @@ const later = (name) => async (visit) => {
     throw error;
   });
   return module[name](visit);
+};
+
+/** An address that leads nowhere. @type {ViewOf} */
+const missing = async () => {
+  const error = new ApiError(404, { code: "page-missing", what: "There is no such page." });
+  return { title: "Not here", node: troublePage(error) };
 };
 
 /** @type {[RegExp, ViewOf][]} */
@@ -55,14 +60,7 @@ function markNavigation(path) {
 function watchConnection() {
   const banner = here("banner");
   connection.addEventListener("lost", () =>
-    put(
-      banner,
-      h(
-        "p",
-        {},
-        "omocap does not answer. Is it still running? This page goes on as soon as it is back.",
-      ),
-    ),
+    put(banner, h("p", {}, "omocap does not answer. Is it still running? This page goes on as soon as it is back.")),
   );
   connection.addEventListener("back", () => {
     put(banner);
@@ -80,11 +78,7 @@ function watchJobs() {
       const jobs = await api("/api/jobs?limit=20").catch(() => []);
       const live = jobs.filter((one) => !ended(one));
       const words = live.length === 1 ? "1 job at work" : `${live.length} jobs at work`;
-      const link = h(
-        "a",
-        { class: "chip", href: live.length === 1 ? `#/jobs/${live[0].id}` : "#/library" },
-        words,
-      );
+      const link = h("a", { class: "chip", href: live.length === 1 ? `#/jobs/${live[0].id}` : "#/library" }, words);
       if (place.textContent !== (live.length ? words : "")) put(place, live.length ? link : null);
     },
     3000,
@@ -98,8 +92,7 @@ here("skip").addEventListener("click", (event) => {
   main.focus();
 });
 // A file that misses the drop area must not replace the page.
-for (const event of ["dragover", "drop"])
-  addEventListener(event, (given) => given.preventDefault());
+for (const event of ["dragover", "drop"]) addEventListener(event, (given) => given.preventDefault());
 document.addEventListener("shown", (event) => {
   if (event instanceof CustomEvent) markNavigation(event.detail.path);
 });

@@ -11,21 +11,23 @@ from fastapi import APIRouter, Request
 from fastapi.responses import Response
 from pydantic import ConfigDict, Field
 
-from capture_app.commands.export import Bones, ExportFormat
+from capture_app.commands.export import ExportFormat
 from capture_app.commands.inputs import DescribedModel, ItemKind
 from capture_app.exports.export_formats import FORMATS
 from capture_app.exports.fbx import has_blender
 from capture_app.library_item import FILES, Info, mesh_summary, mount_summary
 from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
+from capture_app.web.described_forms import Described, form_of
 from capture_app.web.problems import Refused
-from capture_app.web.routes.orders import RunOptions
+from capture_app.web.routes.orders import Export, Overlay, Render, Resolve, RunOptions, Scan
 from capture_app.web.shelves import keep_tree
 from capture_app.web.site import Here, Limits, Site
 from ingest.calibration.phone_body import MODELS, Model
 from ingest.formats.registry import FORMATS as LOGS
 
-_FPS = (24, 25, 30, 60)
-_VIEWS = ("third", "orbit", "follow", "top", "object", "hands")
+_CAMERA = {"board", "board_at", "shared_world", "scanned_at"}
+_SIZE = {"height", "board", "length", "camera_axes", "metric", "unit", "up", "object_name"}
+"""What the page asks for in parts of their own, with pictures and boards."""
 
 
 class Login(DescribedModel):
@@ -76,12 +78,21 @@ def choices() -> dict[str, Any]:
             for kind, f in FORMATS.items()
             if kind is not ExportFormat.fbx or has_blender()
         ],
-        "bones": [bones.value for bones in Bones],
-        "fps": _FPS,
-        "views": _VIEWS,
-        "contact": ("segments", "paper"),
-        "formats": [format_.NAME for format_ in LOGS],
-        "run": RunOptions().model_dump(),
+        "forms": _forms(),
+    }
+
+
+def _forms() -> dict[str, list[Described]]:
+    """The forms by kinds of jobs: what is asked of each, in the words of its description."""
+    logs = {"format": [format_.NAME for format_ in LOGS]}
+    able = [kind.value for kind in FORMATS if kind is not ExportFormat.fbx or has_blender()]
+    return {
+        "run": form_of(RunOptions, known=logs),
+        "resolve": form_of(Resolve),
+        "render": form_of(Render),
+        "overlay": form_of(Overlay, leave_out=_CAMERA),
+        "export": form_of(Export, known={"to": able}),
+        "scan": form_of(Scan, leave_out=_SIZE, known=logs),
     }
 
 

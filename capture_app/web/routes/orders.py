@@ -11,12 +11,13 @@ from pydantic import BaseModel, Discriminator, Field, Tag, create_model
 from pydantic.fields import FieldInfo
 
 from capture_app.commands.calibrate import BoardWay, FloorWay, ScanWay, SessionWay, TrackerWay, Way
-from capture_app.commands.export import ExportFormat, ExportRequest
+from capture_app.commands.export import FORMAT_WORDS, ExportFormat, ExportRequest
 from capture_app.commands.inputs import (
     PLACE_EXAMPLE,
     DescribedModel,
     FromLibrary,
     Inline,
+    OptionGroup,
     Sample,
     Which,
     with_example,
@@ -222,7 +223,6 @@ WAYS: dict[type[Calibration], type[Way]] = {
 """The way that each becomes once paths have taken the place of ids."""
 
 
-_EXAMPLE_ID = "0123456789abcdef"
 _Size = tuple[Annotated[int, Field(ge=64, le=3840)], Annotated[int, Field(ge=64, le=2160)]]
 
 
@@ -231,15 +231,13 @@ class RunOptions(TakeOptions):
 
     model_config = with_example(samples=4, seed=0, height=1.72, up="object:z", floor=-0.8)
 
-    video: Annotated[bool, Field(description=DRAW)] = True
+    video: Annotated[bool, OptionGroup.RESULT, Field(title="Draw a video", description=DRAW)] = True
 
 
 class Run(DescribedModel):
     """A take becomes a motion."""
 
-    model_config = with_example(
-        kind="run", session=_EXAMPLE_ID, object=_EXAMPLE_ID, mount=_EXAMPLE_ID, options={"seed": 1}
-    )
+    model_config = with_example(kind="run", session=_ID, object=_ID, mount=_ID, options={"seed": 1})
 
     kind: Which[Literal["run"]]
     name: Name | None = None
@@ -258,48 +256,54 @@ class Run(DescribedModel):
     """How to make the motion."""
 
 
-class Resolve(DescribedModel):
+_CONTACTS = {
+    "version": 1,
+    "fps": 30,
+    "frames": 240,
+    "segments": [{"hand": "left", "start": 12, "stop": 96, "anchor": [0.2, 0.0, 0.4]}],
+}
+
+
+class OtherContacts(DescribedModel):
+    """Other contacts of a sample, each with the place on the object that the hand holds."""
+
+    model_config = with_example(contacts=_CONTACTS)
+
+    contacts: dict[str, Any]
+    """The whole of contacts.json, as corrected."""
+    sample: Sample = None
+
+
+class Resolve(OtherContacts):
     """A result with corrected contacts becomes another one."""
 
-    model_config = with_example(
-        kind="resolve",
-        result=_EXAMPLE_ID,
-        contacts={
-            "version": 1,
-            "fps": 30,
-            "frames": 240,
-            "segments": [{"hand": "left", "start": 12, "stop": 96, "anchor": [0.2, 0.0, 0.4]}],
-        },
-    )
+    model_config = with_example(kind="resolve", result=_ID, contacts=_CONTACTS)
 
     kind: Which[Literal["resolve"]]
     name: Name | None = None
     """What to call the new result; as the old one, with the word corrected, if not given."""
     result: Id
     """Id of the result that was corrected."""
-    contacts: dict[str, Any]
-    """The whole of contacts.json, as corrected."""
-    sample: Sample = None
-    video: Annotated[bool, Field(description=DRAW)] = True
+    video: Annotated[bool, Field(title="Draw a video", description=DRAW)] = True
 
 
 @by_id(ExportRequest, leave_out=("name", "output", "blender"))
 class Export(DescribedModel):
     """A result becomes a file of another program."""
 
-    model_config = with_example(kind="export", result=_EXAMPLE_ID, to="glb", bones="unreal", fps=60)
+    model_config = with_example(kind="export", result=_ID, to="glb", bones="unreal", fps=60)
 
     kind: Which[Literal["export"]]
     result: Id
     """Id of the result."""
-    to: ExportFormat
+    to: Annotated[ExportFormat, FORMAT_WORDS, Field(title="Format")]
     """Format of the file; dae is refused with a reason."""
 
 
 class Render(RenderOptions):
     """A result becomes a video."""
 
-    model_config = with_example(kind="render", result=_EXAMPLE_ID, view="orbit", size=[960, 540])
+    model_config = with_example(kind="render", result=_ID, view="orbit", size=[960, 540])
 
     kind: Which[Literal["render"]]
     result: Annotated[Id, Field(description="Id of the result.")]
@@ -313,7 +317,7 @@ class Render(RenderOptions):
 class Compare(DescribedModel):
     """Several results side by side in one video."""
 
-    model_config = with_example(kind="compare", results=[_EXAMPLE_ID, "fedcba9876543210"])
+    model_config = with_example(kind="compare", results=[_ID, "fedcba9876543210"])
 
     kind: Which[Literal["compare"]]
     results: Annotated[list[Id], Field(min_length=1, max_length=25)]
@@ -330,7 +334,7 @@ class Overlay(DescribedModel):
     `camera` with T_world_camera, by `scan`, or, for a second phone, by `shared_world`.
     """
 
-    model_config = with_example(kind="overlay", result=_EXAMPLE_ID, video=_EXAMPLE_ID, board="A4")
+    model_config = with_example(kind="overlay", result=_ID, video=_ID, board="A4")
 
     kind: Which[Literal["overlay"]]
     result: Id
@@ -341,7 +345,7 @@ class Overlay(DescribedModel):
 class Scan(DescribedModel):
     """A film or photos of an object, or a mesh of another app, become an object of the library."""
 
-    model_config = with_example(kind="scan", name="chair", source=_EXAMPLE_ID, height=0.95)
+    model_config = with_example(kind="scan", name="chair", source=_ID, height=0.95)
 
     kind: Which[Literal["scan"]]
     name: Name

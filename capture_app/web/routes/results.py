@@ -1,7 +1,9 @@
 """Results: what they are made of and hold, and their files."""
 
+import json
 from datetime import datetime
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query
@@ -30,6 +32,7 @@ from capture_app.web.file_response import (
 )
 from capture_app.web.problems import Refused
 from capture_app.web.routes.items import LibraryItem, Rename, item, refuse_in_use, renamed
+from capture_app.web.routes.orders import OtherContacts
 from capture_app.web.routes.reports import SCENE, SCENE_REPLY
 from capture_app.web.sandbox_process import Work
 from capture_app.web.site import Here, Site, ThingId
@@ -150,6 +153,17 @@ async def scene(site: Here, id: ThingId, solved: Solved = ()) -> FileResponse:
         folder = site.library.results.content(id)
         await site.sandbox.run(sandboxed_work.solve_samples, folder, solved)
     return await _packed(site, id, "motion", sandboxed_work.pack_result_scene)
+
+
+@router.post("/{id}/scene", response_class=Response, responses=SCENE_REPLY)
+async def try_contacts(site: Here, id: ThingId, given: OtherContacts) -> Response:
+    """The people of its scene as they are with other contacts; the result stays as it is."""
+    said = (json.dumps(given.contacts, allow_nan=False), given.sample)
+    with TemporaryDirectory(dir=site.library.scratch) as scratch:
+        scene = Path(scratch, "people.bin")
+        folder = site.library.results.content(id)
+        await site.sandbox.run(sandboxed_work.try_contacts, folder, *said, scene)
+        return Response(scene.read_bytes(), media_type=SCENE)
 
 
 @router.get("/{id}/film", response_class=FileResponse, responses=SCENE_REPLY)

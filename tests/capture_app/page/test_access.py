@@ -34,10 +34,11 @@ def test_no_serious_finding(tabs, server, example, motion, name):
     expect(page.locator("main h1")).to_be_visible()
     expect(page.locator("main[aria-busy], main [aria-busy]")).to_have_count(0, timeout=90_000)
     page.evaluate("document.querySelectorAll('details').forEach((one) => (one.open = true))")
-    for scheme in ("light", "dark"):
-        page.emulate_media(color_scheme=scheme)
-        assert _serious(page) == []
-    page.set_viewport_size({"width": 390, "height": 844})
+    for size in ({"width": 1280, "height": 800}, {"width": 390, "height": 844}):
+        page.set_viewport_size(size)
+        for scheme in ("light", "dark"):
+            page.emulate_media(color_scheme=scheme)
+            assert _serious(page) == [], (size, scheme)
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 

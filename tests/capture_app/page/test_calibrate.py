@@ -82,7 +82,9 @@ def test_points_typed_give_a_mount_with_its_error(tabs, server, example):
     expect(page.get_by_text(re.compile("those of its far end, .* away"))).to_be_visible()
     page.get_by_role("button", name="Keep this mount").click()
     page.wait_for_url(re.compile("#/mounts/"))
-    expect(page.get_by_text(re.compile(r"± \d+\.\d mm"))).to_be_visible()
+    expect(page.get_by_text(re.compile(r"is sure to ± \d+\.\d mm"))).to_be_visible()
+    good = r"^What was measured fits to \d\.\d mm on average; a good fit is under 5 mm\.$"
+    expect(page.get_by_text(re.compile(good))).to_be_visible()
     mount = _use(page, server, example)
     assert (mount["method"], mount["object"]) == ("points", example["object"])
 

@@ -191,3 +191,21 @@ def test_a_stored_thing_is_renamed_and_deleted_after_asking(tabs, server):
     page.get_by_role("button", name="Delete it").click()
     page.wait_for_url("**/#/library")
     assert mount["id"] not in json.dumps(server.ask("mounts"))
+
+
+def test_an_option_appears_on_the_page_without_a_line_of_javascript(tabs, server, example):
+    page = tabs.open(server.url)
+    answer = server.ask("choices")
+    option = {
+        "name": "bounce",
+        "kind": "number",
+        "title": "Bounce",
+        "hint": "",
+        "group": "more",
+        "unit": "m",
+    }
+    answer["forms"]["run"].append(option)
+    page.route("**/api/choices", lambda route: route.fulfill(json=answer))
+    page.goto(server.at(f"/sessions/{example['session']}"))
+    page.get_by_text("More options").click()
+    expect(page.get_by_label("Bounce (m)")).to_be_visible()

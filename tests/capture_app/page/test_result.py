@@ -53,7 +53,7 @@ def test_corrected_contact_is_solved_again_and_compared(result_page, server, mot
     page = result_page
     before = server.ask(f"results/{motion}/contacts")["segments"]
     page.get_by_role("button", name="Correct the contacts").click()
-    solve = page.get_by_role("button", name="Solve again")
+    solve = page.get_by_role("button", name="Keep it as a new motion")
     expect(solve).to_be_disabled()
     page.get_by_role("slider", name=re.compile(r"hand contact 1, stop")).first.focus()
     page.keyboard.press("PageDown")
@@ -113,21 +113,6 @@ def test_shared_file_holds_the_motion(result_page, tabs):
     expect(shared).to_have_title("The motion · replay")
     for words in ("Follow the person", "Correct the contacts", "From above"):
         expect(shared.get_by_role("button", name=words)).to_be_visible()
-
-
-@pytest.mark.slow
-def test_place_of_a_hand_is_picked_on_the_object(result_page):
-    page = result_page
-    page.get_by_role("button", name="Correct the contacts").click()
-    page.get_by_role("button", name=re.compile("hand contact 1,")).first.click()
-    page.get_by_role("button", name="Put this hand elsewhere").click()
-    page.get_by_role("combobox", name="Camera", exact=True).select_option("object")
-    canvas = page.locator(".stage canvas").first
-    canvas.click(position={"x": 5, "y": 5})
-    expect(page.get_by_text("That is beside the object.")).to_be_visible()
-    canvas.click()
-    expect(page.get_by_role("main").get_by_text("The hand will hold there.")).to_be_visible()
-    expect(page.get_by_role("button", name="Solve again")).to_be_enabled()
 
 
 def test_made_again_from_where_the_person_stood(result_page, server, motion):

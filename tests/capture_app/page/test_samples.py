@@ -100,7 +100,7 @@ def test_the_sample_that_is_shown_is_corrected(page, server, motion):
     other = _other(server, motion)
     _show(page, other)
     _lengthen(page)
-    page.get_by_role("button", name="Solve again").click()
+    page.get_by_role("button", name="Keep it as a new motion").click()
     page.wait_for_url(re.compile(r"#/results/(?!" + motion + ")"), timeout=120_000)
     made = server.ask(f"results/{page.url[-16:]}")
     assert made["manifest"]["correction"]["sample"] == other
@@ -123,7 +123,7 @@ def test_corrections_are_kept_until_they_are_thrown_away(page, server, motion):
     page.wait_for_url("**/#/library")
     page.go_back()
     expect(stop).to_have_attribute("aria-valuenow", end, timeout=90_000)
-    expect(page.get_by_role("button", name="Solve again")).to_be_enabled()
+    expect(page.get_by_role("button", name="Keep it as a new motion")).to_be_enabled()
     page.get_by_role("button", name="Stop correcting").click()
     page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
     expect(stop).to_have_attribute("aria-valuenow", end)
@@ -141,10 +141,10 @@ def test_the_picture_goes_where_a_contact_is_moved_and_keys_take_it_back(page):
     stop = page.get_by_role("slider", name=STOP).first
     expect(stop).to_be_focused()
     page.keyboard.press("Control+z")
-    expect(page.get_by_role("button", name="Solve again")).to_be_disabled()
+    expect(page.get_by_role("button", name="Keep it as a new motion")).to_be_disabled()
     page.keyboard.press("Control+y")
     expect(stop).to_have_attribute("aria-valuenow", end)
-    expect(page.get_by_role("button", name="Solve again")).to_be_enabled()
+    expect(page.get_by_role("button", name="Keep it as a new motion")).to_be_enabled()
     # A drag is one step, wherever the focus is.
     box = stop.bounding_box()
     page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
@@ -233,7 +233,7 @@ def test_correcting_fits_the_window(page, width: int, height: int):
         box = page.locator(part).first.bounding_box()
         assert box["y"] >= 56
         assert box["y"] + box["height"] <= height
-    for name in ("Solve again", "Stop correcting", "Add left"):
+    for name in ("Keep it as a new motion", "Stop correcting", "Add left"):
         box = page.get_by_role("button", name=name).bounding_box()
         assert box["y"] + box["height"] <= height
 

@@ -168,6 +168,10 @@ def test_the_surface_of_a_video_is_dark_in_the_dark(page):
                   "document.createElement('video'), {className: 'film'}))")  # fmt: skip
     color = page.locator("video.film").evaluate("(one) => getComputedStyle(one).backgroundColor")
     assert max(map(int, re.findall(r"\d+", color)[:3])) < 64
+    look = "(one) => getComputedStyle(one).filter"
+    assert page.locator("video.film").evaluate(look) == "brightness(0.82)"
+    page.emulate_media(color_scheme="light")
+    assert page.locator("video.film").evaluate(look) == "none"
 
 
 def test_a_picture_is_loaded_when_it_is_drawn(tabs, server, motion, example):

@@ -10,6 +10,7 @@ import trimesh
 
 from capture_app.web.routes import about
 from capture_app.web.site import Site
+from ingest.formats.registry import FORMATS
 from tests.capture_app.replay.made import read_pack
 from tests.capture_app.web.talk import BROKEN, announce, problem, upload
 
@@ -331,6 +332,8 @@ def test_choices_name_what_can_be_ordered(client, example: dict[str, str]):
     phones = {phone["name"]: phone["lens_known"] for phone in choices["phones"]}
     assert (phones["iPhone 15"], phones["iPhone 17 Pro"]) == (True, False)
     assert {"glb", "bvh", "usd"} <= {export["to"] for export in choices["exports"]}
+    format_ = next(one for one in choices["forms"]["run"] if one["name"] == "format")
+    assert [value for value, _ in format_["options"]] == ["", *(log.NAME for log in FORMATS)]
     form = {
         "method": "points",
         "name": "all of them",

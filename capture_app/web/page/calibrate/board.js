@@ -1,5 +1,5 @@
 // Which printed board, as it came out of the printer, and where it is on the object.
-import { h } from "../core/dom.js";
+import { box, h, inRow, stacked } from "../core/dom.js";
 import { choice, field, number } from "../parts/fields.js";
 import { PointPicker } from "../parts/pick_points.js";
 /** @import {Boards} from "../core/answers.js" */
@@ -42,9 +42,7 @@ export function parseCheckerboard(text) {
 
 /** The text of a board whose squares are longer by this factor. @param {Board} board */
 export function boardText(board, factor = 1) {
-  const [square, marker] = [board.square, board.marker].map(
-    (side) => `${Number((side * factor).toFixed(4))}mm`,
-  );
+  const [square, marker] = [board.square, board.marker].map((side) => `${Number((side * factor).toFixed(4))}mm`);
   return `${board.columns}x${board.rows}:${square}:${marker}:${board.dictionary}`;
 }
 
@@ -82,18 +80,10 @@ export function boardField(boards, { changed = () => {}, print = true, none = ""
   const board = () => parseBoard(paper.read() === OTHER ? text.value : textOf());
   const textOf = () => boards[paper.read()]?.text ?? "";
   const factor = () => (ruler.node.hidden ? 1 : (ruler.read() ?? RULER) / RULER);
-  for (const input of [paper.input, text, ruler.input])
-    input.addEventListener("change", () => (show(), changed()));
+  for (const input of [paper.input, text, ruler.input]) input.addEventListener("change", () => (show(), changed()));
   show();
   return {
-    node: h(
-      "div",
-      { class: "stack" },
-      paper.node,
-      typed,
-      h("div", { class: "row" }, sheet),
-      ruler.node,
-    ),
+    node: stacked(paper.node, typed, inRow(sheet), ruler.node),
     read: () => {
       const known = board();
       // What cannot be read here is refused by the server, in words.
@@ -143,12 +133,7 @@ export function boardPlace(signal) {
   });
   /** @param {string | null} id */
   const show = (id) => picker.show(id);
-  const node = h(
-    "div",
-    { class: "split even" },
-    h("div", { class: "stack" }, picker.stage.node, picker.status),
-    picker.content,
-  );
+  const node = box("split even", stacked(picker.stage.node, picker.status), picker.content);
   return { node, picker, show, read };
 }
 
@@ -156,9 +141,5 @@ export function boardPlace(signal) {
 export function todo(lines) {
   if (!lines?.length) return null;
   if (lines.length === 1) return h("p", { class: "todo" }, lines[0]);
-  return h(
-    "ol",
-    { class: "todo" },
-    lines.map((line) => h("li", {}, line)),
-  );
+  return h("ol", { class: "todo" }, lines.map((line) => h("li", {}, line)));
 }

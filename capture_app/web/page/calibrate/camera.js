@@ -1,5 +1,5 @@
 // The numbers of a camera, for who has calibrated it; without them they are found from the film.
-import { h } from "../core/dom.js";
+import { box, h, stacked } from "../core/dom.js";
 import { field, number } from "../parts/fields.js";
 /** @import {NumberAsked} from "../parts/fields.js" */
 
@@ -20,25 +20,11 @@ export function cameraFields({ pose = false } = {}) {
     "T_world_camera: its four rows of four numbers, metres",
     "In the world of the motion: z up, floor at 0; the camera's x right, y down, z ahead.",
   );
-  const node = h(
-    "div",
-    { class: "stack" },
-    h(
-      "div",
-      { class: "grid" },
-      Object.values(fields).map((one) => one.node),
-    ),
-    lens.node,
-    pose && matrix.node,
-  );
+  const node = stacked(box("grid", Object.values(fields).map((one) => one.node)), lens.node, pose && matrix.node);
   const read = () => {
     const known = Object.fromEntries(Object.entries(fields).map(([key, one]) => [key, one.read()]));
     if (Object.values(known).some((value) => value === null)) return null;
-    return {
-      ...known,
-      distortion: lens.read(),
-      T_world_camera: pose ? matrix.read() : null,
-    };
+    return { ...known, distortion: lens.read(), T_world_camera: pose ? matrix.read() : null };
   };
   return { node, read };
 }

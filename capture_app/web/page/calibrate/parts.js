@@ -1,10 +1,8 @@
 // What several ways share: the recording, the board and where it is, a look at what was brought.
 import { api } from "../core/api.js";
-import { h } from "../core/dom.js";
 import { brought } from "../parts/brought.js";
 import { boardField, boardPlace, todo } from "./board.js";
-/** @import {Child} from "../core/dom.js"
- *  @import {Look} from "../parts/brought.js"
+/** @import {Look} from "../parts/brought.js"
  *  @import {Context} from "./recorded.js" */
 
 /** @typedef {Record<string, string[]>} Steps */
@@ -18,15 +16,11 @@ export function stepsOf({ guide }, key) {
 
 /** A look at something that was brought. @param {string} of @param {More} more @returns {Look} */
 export function looker(of, more = () => ({})) {
-  return (id, signal) =>
-    api(`/api/calibration/look?${new URLSearchParams({ of, id, ...more() })}`, { signal });
+  return (id, signal) => api(`/api/calibration/look?${new URLSearchParams({ of, id, ...more() })}`, { signal });
 }
 
 /** @param {Context} context @param {{look?: string, more?: More, text?: string}} asked */
-export function recording(
-  context,
-  { look, more, text = "The folder your logger app wrote, or a zip of it." },
-) {
+export function recording(context, { look, more, text = "The folder your logger app wrote, or a zip of it." }) {
   return brought({
     label: "The recording",
     kind: "session",
@@ -54,14 +48,6 @@ export function boardParts(context, steps, again) {
     ],
     show: place.show,
     text: board.read,
-    read: () => ({
-      board: board.read(),
-      place: place.read(board.size() ?? { width: 0, height: 0 }),
-    }),
+    read: () => ({ board: board.read(), place: place.read(board.size() ?? { width: 0, height: 0 }) }),
   };
-}
-
-/** @param {string} words @param {Child} content */
-export function folded(words, content) {
-  return h("details", {}, h("summary", {}, words), content);
 }

@@ -1,11 +1,9 @@
 // A calibration by recordings: what to do, what to bring, each thing looked at as it comes, one button.
-import { ApiError, api } from "../core/api.js";
-import { h, put } from "../core/dom.js";
-import { address, go } from "../core/router.js";
-import { attempt } from "../parts/fields.js";
+import { freshKey, missing } from "../core/api.js";
+import { h, hintLine, inRow, numbered, stacked } from "../core/dom.js";
+import { toJob } from "../core/router.js";
+import { sends } from "../parts/fields.js";
 import { objectField } from "../parts/mount_form.js";
-import { numbered } from "../parts/numbered.js";
-import { freshKey } from "../parts/order_form.js";
 /** @import {Choices, Guide, Item, Mount, Session, Thing} from "../core/answers.js"
  *  @import {Child} from "../core/dom.js"
  *  @import {Choice} from "../parts/fields.js" */
@@ -30,45 +28,23 @@ export function recordedForm(build) {
     const button = h("button", { type: "submit", class: "main large" }, "Find the mount");
     const key = freshKey();
     const submit = async () => {
-      const json = {
-        kind: "calibrate",
-        name: name.value.trim(),
-        object: thing.read(),
-        ...made.read(),
-      };
+      const json = { kind: "calibrate", name: name.value.trim(), object: thing.read(), ...made.read() };
       refuseMissing(json);
-      const headers = { "Idempotency-Key": key };
-      const job = await api("/api/jobs", { json, headers });
-      go(address(`/jobs/${job.id}`, { from: location.hash, back }));
+      await toJob(json, key, { from: location.hash, back });
     };
     const parts = [
       { title: "The object", content: [thing.node, meshHint()] },
       ...made.parts,
       {
         title: "The mount",
-        content: [
-          h("label", { class: "field" }, h("span", {}, "Name of the mount"), name),
-          h("div", { class: "row" }, button),
-          problem,
-        ],
+        content: [h("label", { class: "field" }, h("span", {}, "Name of the mount"), name), inRow(button), problem],
       },
     ];
     made.show?.(object);
     return h(
       "form",
-      {
-        class: "stack wide",
-        on: {
-          submit: (event) => {
-            event.preventDefault();
-            attempt(button, problem, submit);
-          },
-          change: () => put(problem),
-        },
-      },
-      parts.map(({ title, content }, at) =>
-        numbered(at + 1, title, h("div", { class: "stack" }, content)),
-      ),
+      { class: "stack wide", ...sends(button, problem, submit) },
+      parts.map(({ title, content }, at) => numbered(at + 1, title, stacked(content))),
     );
   };
 }
@@ -86,22 +62,16 @@ const NEEDED = {
 /** Say what is still to be brought, before anything is sent.
  *  @param {{place?: {points: unknown[]}, [key: string]: unknown}} order */
 function refuseMissing(order) {
-  const missing = Object.entries(NEEDED)
+  const lacking = Object.entries(NEEDED)
     .filter(([key]) => key in order && !order[key])
     .map(([, words]) => words);
-  if (order.place && order.place.points.length < 3) missing.push("three corners of the board");
-  if (!missing.length) return;
-  throw new ApiError(0, {
-    code: "missing",
-    what: `Still missing: ${missing.join(", ")}.`,
-    fix: "Choose or bring it above.",
-  });
+  if (order.place && order.place.points.length < 3) lacking.push("three corners of the board");
+  if (!lacking.length) return;
+  throw missing(`Still missing: ${lacking.join(", ")}.`);
 }
 
 function meshHint() {
-  return h(
-    "p",
-    { class: "hint" },
+  return hintLine(
     "Not there yet? ",
     h("a", { href: "#/" }, "Bring its mesh"),
     " or ",

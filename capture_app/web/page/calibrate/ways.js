@@ -1,10 +1,10 @@
 // The ways that need a recording: which parts each has, and what it orders.
-import { h } from "../core/dom.js";
+import { folded, h } from "../core/dom.js";
 import { brought } from "../parts/brought.js";
 import { choice, number } from "../parts/fields.js";
 import { todo } from "./board.js";
 import { cameraFields, matrixField } from "./camera.js";
-import { boardParts, folded, looker, recording, stepsOf } from "./parts.js";
+import { boardParts, looker, recording, stepsOf } from "./parts.js";
 import { recordedForm } from "./recorded.js";
 
 export const board = recordedForm((context) => {
@@ -100,11 +100,7 @@ export const scan = recordedForm((context) => {
       {
         title: "The scan",
         content: [
-          h(
-            "p",
-            {},
-            "An object that was made here from a film brings its pictures along: nothing is to be done.",
-          ),
+          h("p", {}, "An object that was made here from a film brings its pictures along: nothing is to be done."),
           folded("The object was scanned elsewhere", [model.node, matrix.node]),
         ],
       },
@@ -148,21 +144,13 @@ export const tracker = recordedForm((context) => {
         ],
       },
     ],
-    read: () => ({
-      method: "tracker",
-      session: log.read(),
-      poses: poses.read(),
-      body: body.read(),
-    }),
+    read: () => ({ method: "tracker", session: log.read(), poses: poses.read(), body: body.read() }),
   };
 });
 
 export const floor = recordedForm((context) => {
   const log = recording(context, {});
-  const mount = choice(
-    "The mount to be made surer",
-    context.mounts.map(({ id, name }) => [id, name]),
-  );
+  const mount = choice("The mount to be made surer", context.mounts.map(({ id, name }) => [id, name]));
   const height = number("From the floor up to the lens, where the object first rests", {
     unit: "m",
     min: 0.01,

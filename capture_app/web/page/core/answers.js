@@ -40,9 +40,12 @@
  *    longest: number | null}} Facts */
 /** Its body in millimetres, and whether it is known where in it the lens is.
  *  @typedef {{name: string, width: number, height: number, lens_known: boolean}} Phone */
-/** @typedef {{phones: Phone[], phone_points: string[], exports: {to: string, ups: string[]}[],
- *    bones: string[], fps: number[], formats: string[], run: RunDefaults}} Choices */
-/** @typedef {{samples: number, steps: number, seed: number, video: boolean}} RunDefaults */
+/** @typedef {{phones: Phone[], phone_points: string[], exports: {to: string, ups: string[], units: string[]}[],
+ *    forms: Record<"run" | "resolve" | "render" | "overlay" | "export" | "scan", Described[]>}} Choices */
+/** A field of a form, as capture_app/web/described_forms.py makes it of the API's description.
+ *  @typedef {{name: string, kind: string, title: string, hint: string, group: "main" | "more" | "reading",
+ *    unit?: string, value?: any, required?: boolean, min?: number, max?: number, step?: number,
+ *    options: string[][]}} Described */
 /** @typedef {Record<string, {text: string}>} Boards */
 /** @typedef {{ways: Record<string, {steps: Record<string, string[]>}>, boards: Boards}} Guide */
 /** @typedef {{good: string, doubts: string[], notes: string[]}} Looked */

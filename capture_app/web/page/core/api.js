@@ -26,25 +26,37 @@ export class ApiError extends Error {
   }
 }
 
+/** What was not brought yet. @param {string} what in a sentence */
+export const missing = (what) => new ApiError(0, { code: "missing", what, fix: "Choose or bring it above." });
+
 /** Ask the server. `json` is sent as a body and the answer's JSON returned (null for none).
  *  Throws ApiError, or AbortError when `signal` was raised.
- *  @param {string} path @param {Asked} asked */
-export async function api(path, { method, json, body, headers = {}, signal } = {}) {
+ *  @param {string} path @param {Asked} asking */
+export async function api(path, asking = {}) {
+  const answer = await asked(path, asking);
+  return answer.status === 204 ? null : answer.json();
+}
+
+/** @param {string} path @param {Asked} asking */
+async function asked(path, { method, json, body, headers = {}, signal }) {
   const answer = await reach(path, {
     method: method ?? (json === undefined ? "GET" : "POST"),
     body: json === undefined ? body : JSON.stringify(json),
     headers: json === undefined ? headers : { "Content-Type": "application/json", ...headers },
     signal,
   });
-  if (answer.ok) return answer.status === 204 ? null : answer.json();
+  if (answer.ok) return answer;
   throw await refused(answer);
 }
 
-/** The bytes of a scene pack. @param {string} path @param {AbortSignal} signal */
-export async function bytes(path, signal) {
-  const answer = await reach(path, { signal });
-  if (!answer.ok) throw await refused(answer);
-  return answer.arrayBuffer();
+/** A job's id, chosen here: sent twice it is still one job. */
+export function freshKey() {
+  return [...crypto.getRandomValues(new Uint8Array(8))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
+}
+
+/** The bytes of a scene pack. @param {string} path @param {AbortSignal} signal @param {unknown} [json] */
+export async function bytes(path, signal, json) {
+  return (await asked(path, { signal, json })).arrayBuffer();
 }
 
 /** An error of any origin, as words for a person. @param {unknown} error */

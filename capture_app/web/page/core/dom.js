@@ -20,6 +20,43 @@ export function h(tag, props = {}, ...children) {
   return element;
 }
 
+/** @param {string} look its classes @param {Child[]} children */
+export const box = (look, ...children) => h("div", { class: look }, children);
+
+/** @param {Child[]} children */
+export const inRow = (...children) => box("row", children);
+
+/** @param {Child[]} children */
+export const stacked = (...children) => box("stack", children);
+
+/** A link that looks like a button. @param {string} href @param {Child[]} children */
+export const goTo = (href, ...children) => h("a", { class: "button", href }, children);
+
+/** A button that does something at once. @param {string} look its classes @param {() => void} click
+ *  @param {Child[]} children */
+export const action = (look, click, ...children) =>
+  h("button", { type: "button", class: look, on: { click } }, children);
+
+/** A line that explains. @param {Child[]} children */
+export const hintLine = (...children) => h("p", { class: "hint" }, children);
+
+/** What is shown when its title is clicked. @param {Child} title @param {Child[]} children */
+export const folded = (title, ...children) => h("details", {}, h("summary", {}, title), children);
+
+/** Names and values; a value that is not known is a dash. @param {unknown[][]} facts */
+export const factList = (facts) =>
+  h(
+    "dl",
+    { class: "facts" },
+    facts.map(([key, value]) => h("div", {}, h("dt", {}, String(key)), h("dd", {}, String(value ?? "–")))),
+  );
+
+/** A part of a page with its heading. @param {string} title @param {Child[]} children */
+export const part = (title, ...children) => h("section", {}, h("h2", {}, title), children);
+
+/** The same on a card. @param {string} title @param {Child[]} children */
+export const card = (title, ...children) => h("section", { class: "card stack" }, h("h2", {}, title), children);
+
 /** An element of a picture.
  *  @param {string} tag @param {Record<string, string | number>} attributes @param {Child[]} children */
 export function svg(tag, attributes = {}, ...children) {
@@ -82,4 +119,23 @@ export function here(id) {
   const found = document.getElementById(id);
   if (!found) throw new Error(`the page has no ${id}`);
   return found;
+}
+
+let last = "";
+
+/** Say a sentence once, politely. @param {string} sentence */
+export function announce(sentence) {
+  if (sentence === last) return;
+  last = sentence;
+  here("live").textContent = sentence;
+}
+
+/** @param {number} numeral @param {string} title @param {Child[]} content */
+export function numbered(numeral, title, ...content) {
+  return h(
+    "section",
+    { class: "part" },
+    h("h2", {}, h("span", { class: "step-number", "aria-hidden": "true" }, String(numeral)), title),
+    content,
+  );
 }

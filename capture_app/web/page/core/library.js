@@ -1,7 +1,7 @@
 // Words and actions shared by all that lies in the library.
 import { api } from "./api.js";
-import { h } from "./dom.js";
-import { go } from "./router.js";
+import { action, h, hintLine, inRow } from "./dom.js";
+import { address, go, parse } from "./router.js";
 import { confirmed, renamed } from "../parts/dialog.js";
 /** @import {Item, Shelf} from "./answers.js"
  *  @import {Child} from "./dom.js" */
@@ -14,21 +14,11 @@ export const ONE = { sessions: "recording", objects: "object", mounts: "mount", 
 export function itemButtons(kind, item, changed) {
   const rename = async () => {
     await renamed(item.name, async (/** @type {string} */ name) => {
-      Object.assign(
-        item,
-        await api(`/api/${kind}/${item.id}`, { method: "PATCH", json: { name } }),
-      );
+      Object.assign(item, await api(`/api/${kind}/${item.id}`, { method: "PATCH", json: { name } }));
       changed(item);
     });
   };
-  return [
-    h("button", { type: "button", class: "quiet", on: { click: rename } }, "Rename"),
-    h(
-      "button",
-      { type: "button", class: "quiet", on: { click: () => remove(kind, item) } },
-      "Delete",
-    ),
-  ];
+  return [action("quiet", rename, "Rename"), action("quiet", () => remove(kind, item), "Delete")];
 }
 
 /** @param {Shelf} kind @param {Item} item */
@@ -53,7 +43,16 @@ export function itemHead(kind, item, line, ...more) {
   return h(
     "header",
     { class: "head" },
-    h("div", {}, name, line && h("p", { class: "hint" }, line)),
-    h("div", { class: "row" }, more, itemButtons(kind, item, changed)),
+    h("div", {}, name, line && hintLine(line)),
+    inRow(more, itemButtons(kind, item, changed)),
   );
+}
+
+/** A link that uses the item there; null without a recording. kind: "mount" or "object".
+ *  @param {string} kind @param {{id: string}} item @param {string | null} back */
+export function useIt(kind, item, back) {
+  if (!back?.startsWith("#/sessions/")) return null;
+  const { path, query } = parse(back);
+  const chosen = { ...Object.fromEntries(query), [kind]: item.id };
+  return inRow(h("a", { class: "button main", href: address(path, chosen) }, "Use it for the recording"));
 }

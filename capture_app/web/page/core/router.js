@@ -1,7 +1,6 @@
 // The address says what is shown: #/results/ID?compare=... ; back and forward just work.
-import { inWords } from "./api.js";
-import { h, put } from "./dom.js";
-import { announce } from "./live.js";
+import { api, inWords } from "./api.js";
+import { announce, h, put } from "./dom.js";
 /** @import {ApiError} from "./api.js" */
 
 /** What a view is made for: parts of the address, and when it is left.
@@ -33,6 +32,13 @@ export function go(hash, { replace = false, words = "" } = {}) {
   word = words;
   if (replace) location.replace(hash);
   else location.hash = hash;
+}
+
+/** Order a job, and go to it. The same key orders the same job.
+ *  @param {object} json @param {string} key @param {Record<string, string | null>} query of the address */
+export async function toJob(json, key, query = { from: location.hash }) {
+  const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": key } });
+  go(address(`/jobs/${job.id}`, query));
 }
 
 /** Show views by the address.

@@ -3,11 +3,7 @@
 const UNITS = ["bytes", "kB", "MB", "GB", "TB"];
 const AGO = new Intl.RelativeTimeFormat("en", { numeric: "auto" });
 /** @type {[Intl.RelativeTimeFormatUnit, number][]} */
-const STEPS = [
-  ["day", 86400],
-  ["hour", 3600],
-  ["minute", 60],
-];
+const STEPS = [["day", 86400], ["hour", 3600], ["minute", 60]];
 
 /** 1536 -> "1.5 kB". @param {number} bytes */
 export function size(bytes) {
@@ -114,7 +110,18 @@ export const STAGES = {
  *  @param {string} kind */
 export function stagesOf(kind) {
   const run = ["read", "object", "hands", "contact", "body", "solve", "export"];
-  const scan = ["look", "frames", "features", "match", "cameras", "stereo", "silhouettes", "fusion", "clean", "texture"];
+  const scan = [
+    "look",
+    "frames",
+    "features",
+    "match",
+    "cameras",
+    "stereo",
+    "silhouettes",
+    "fusion",
+    "clean",
+    "texture",
+  ];
   /** @type {Record<string, string[]>} */
   const all = { run, resolve: ["read", "solve", "export"], scan };
   return all[kind] ?? [];

@@ -10,11 +10,7 @@ export function showAxes(stage) {
   const picture = svg("svg", { class: "axes", "aria-hidden": "true" });
   stage.frame.append(picture);
   const draw = () => stage.viewer && put(picture, lines(stage.viewer));
-  const soon = () => requestAnimationFrame(draw);
-  stage.addEventListener("opened", draw);
-  for (const event of ["pointermove", "wheel", "keydown"])
-    stage.canvas.addEventListener(event, soon);
-  new ResizeObserver(soon).observe(stage.canvas);
+  stage.addEventListener("opened", () => stage.viewer?.addEventListener("drawn", draw));
 }
 
 /** @param {Viewer} viewer */

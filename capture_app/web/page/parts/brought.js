@@ -1,6 +1,6 @@
 // One thing that a form needs: taken from the library, or dropped; looked at as soon as it is there.
 import { api, inWords } from "../core/api.js";
-import { h, put } from "../core/dom.js";
+import { box, h, hintLine, put, stacked } from "../core/dom.js";
 import { ago } from "../core/words.js";
 import { begin } from "../upload/begin.js";
 import { dropArea } from "../upload/drop.js";
@@ -33,7 +33,7 @@ export function brought({
   changed = () => {},
 }) {
   const told = h("div", { "aria-live": "polite" });
-  const place = h("div", { class: "stack" });
+  const place = box("stack");
   /** @param {Item} one */
   const words = (one) => `${one.name}, ${ago(one.created)}`;
   const stored = choice(label, [["", "None yet"], ...items.map((one) => [one.id, words(one)])], {
@@ -76,7 +76,7 @@ export function brought({
   });
   if (stored.read()) lookAgain();
   return {
-    node: h("div", { class: "stack" }, stored.node, area, place, told),
+    node: stacked(stored.node, area, place, told),
     read: () => stored.read() || null,
     lookAgain,
     stored,
@@ -88,15 +88,9 @@ const SHELVES = { session: "sessions", video: "videos", material: "materials" };
 /** What a look showed. @param {Looked} looked */
 export function found({ good, doubts, notes }) {
   return [
-    doubts.length
-      ? h("p", {}, good)
-      : h("p", { class: "good" }, h("span", { "aria-hidden": "true" }, "✓ "), good),
+    doubts.length ? h("p", {}, good) : h("p", { class: "good" }, h("span", { "aria-hidden": "true" }, "✓ "), good),
     doubts.length > 0 &&
-      h(
-        "div",
-        { class: "note" },
-        doubts.map((doubt) => h("p", {}, doubt)),
-      ),
-    notes.map((note) => h("p", { class: "hint" }, note)),
+      box("note", doubts.map((doubt) => h("p", {}, doubt))),
+    notes.map((note) => hintLine(note)),
   ];
 }

@@ -1,6 +1,6 @@
 // Things in the library as cards and rows.
 import { api } from "../core/api.js";
-import { h } from "../core/dom.js";
+import { box, h } from "../core/dom.js";
 import { KINDS, STATES, ago, ended, sides, span } from "../core/words.js";
 import { mountWords } from "./mount_words.js";
 import { stageWords } from "./stages.js";
@@ -44,20 +44,23 @@ export function drawnLater(of, width, height) {
 /** Ask in one request which of the pictures that are waited for are there. @param {number} tries */
 function ask(tries) {
   clearTimeout(asking);
-  asking = setTimeout(async () => {
-    const query = new URLSearchParams([...new Set(waiting.values())].slice(0, MOST).map((of) => ["of", of]));
-    /** @type {Record<string, string>} */
-    const states = await api(`/api/pictures?${query}`).catch(() => ({}));
-    for (const [picture, of] of waiting) {
-      if (states[of] === "ready") {
-        picture.src = `/api/${of}`;
-        picture.classList.remove("none");
+  asking = setTimeout(
+    async () => {
+      const query = new URLSearchParams([...new Set(waiting.values())].slice(0, MOST).map((of) => ["of", of]));
+      /** @type {Record<string, string>} */
+      const states = await api(`/api/pictures?${query}`).catch(() => ({}));
+      for (const [picture, of] of waiting) {
+        if (states[of] === "ready") {
+          picture.src = `/api/${of}`;
+          picture.classList.remove("none");
+        }
+        const over = ["ready", "none"].includes(states[of]) || tries >= TRIES;
+        if (over || !picture.isConnected) waiting.delete(picture);
       }
-      const over = ["ready", "none"].includes(states[of]) || tries >= TRIES;
-      if (over || !picture.isConnected) waiting.delete(picture);
-    }
-    if (waiting.size) ask(tries + 1);
-  }, Math.min(LONGEST, WAIT * tries));
+      if (waiting.size) ask(tries + 1);
+    },
+    Math.min(LONGEST, WAIT * tries),
+  );
 }
 
 /** A result: picture, name, where it comes from. @param {Motion} result */
@@ -65,17 +68,13 @@ export function resultCard(result) {
   return h(
     "a",
     { class: "card tile", href: `#/results/${result.id}` },
-    h("div", { class: "picture" }, poster("results", result.id, 480, 270)),
+    box("picture", poster("results", result.id, 480, 270)),
     h("span", { class: "tile-name" }, result.name),
     badge(verdictOf("results", result)),
     h(
       "span",
       { class: "hint" },
-      [
-        result.seconds && span(result.seconds),
-        result.parent ? "corrected" : null,
-        ago(result.created),
-      ]
+      [result.seconds && span(result.seconds), result.parent ? "corrected" : null, ago(result.created)]
         .filter(Boolean)
         .join(" · "),
     ),
@@ -117,11 +116,7 @@ export function jobRow(job) {
     "li",
     { class: "row-item" },
     h("a", { href: `#/jobs/${job.id}`, class: "row-name" }, job.name || KINDS[job.kind]),
-    h(
-      "span",
-      { class: "hint" },
-      live && job.state === "running" ? stageWords(job) : STATES[job.state],
-    ),
+    h("span", { class: "hint" }, live && job.state === "running" ? stageWords(job) : STATES[job.state]),
     live && h("progress", { max: 1, value: job.fraction, "aria-label": `Progress of ${job.name}` }),
   );
 }

@@ -1,5 +1,5 @@
 // A take report: the verdict in large words, what to do first, each check with what, where, fix.
-import { h } from "../core/dom.js";
+import { action, box, h } from "../core/dom.js";
 import { capital, count, stretch } from "../core/words.js";
 /** @import {Check, Report, Severity} from "../core/answers.js" */
 
@@ -37,21 +37,13 @@ export function checkList(checks, seek = null) {
     "div",
     {},
     troubles.length > 0 &&
-      h(
-        "ul",
-        { class: "checks" },
-        troubles.map((one) => item(one, seek)),
-      ),
+      h("ul", { class: "checks" }, troubles.map((one) => item(one, seek))),
     well.length > 0 &&
       h(
         "details",
         {},
         h("summary", {}, `${BADGES.ok}: ${count(well.length, "check")}`),
-        h(
-          "ul",
-          { class: "checks" },
-          well.map((one) => item(one, null)),
-        ),
+        h("ul", { class: "checks" }, well.map((one) => item(one, null))),
       ),
   );
 }
@@ -63,9 +55,8 @@ function item(check, seek) {
     {},
     h("span", { class: `badge ${check.severity}` }, BADGES[check.severity]),
     h("span", { class: "check-name" }, capital(check.name)),
-    h(
-      "div",
-      { class: "check-what" },
+    box(
+      "check-what",
       check.message,
       " ",
       where(check, seek),
@@ -77,17 +68,10 @@ function item(check, seek) {
 /** @param {Check} check @param {Seek | null} seek */
 function where(check, seek) {
   if (!check.seconds) {
-    return (
-      check.frames &&
-      h("span", { class: "hint" }, `poses ${check.frames[0]} to ${check.frames[1] - 1}`)
-    );
+    return check.frames && h("span", { class: "hint" }, `poses ${check.frames[0]} to ${check.frames[1] - 1}`);
   }
   const words = stretch(check.seconds);
   const first = check.seconds.find((time) => time !== null);
   if (!seek || first === undefined) return h("span", { class: "hint" }, words);
-  return h(
-    "button",
-    { type: "button", class: "link", on: { click: () => seek(first) } },
-    `Show ${words}`,
-  );
+  return action("link", () => seek(first), `Show ${words}`);
 }

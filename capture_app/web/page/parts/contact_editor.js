@@ -1,24 +1,26 @@
 // Correct which hand holds when and where, and have the motion solved again.
-import { api } from "../core/api.js";
-import { h, say } from "../core/dom.js";
-import { announce } from "../core/live.js";
-import { go } from "../core/router.js";
+import { freshKey } from "../core/api.js";
+import { box, h, inRow, say } from "../core/dom.js";
+import { toJob } from "../core/router.js";
 import { store, stored } from "../core/stored.js";
 import { confirmed } from "./dialog.js";
-import { attempt, button } from "./fields.js";
-import { freshKey } from "./order_form.js";
+import { attempt, button, describedFields, grid, saidIn, tick } from "./fields.js";
+import { grips } from "./grips.js";
+import { Trial } from "./trial.js";
 /** @import {Segment} from "/static/viewer/pack.js"
- *  @import {Result} from "../core/answers.js"
+ *  @import {Described, Result} from "../core/answers.js"
  *  @import {Stage} from "./stage.js" */
 
-const KEPT = "These are your corrections of last time. Nothing is solved again yet.";
+const KEPT = "These are your corrections of last time.";
 const HELP =
-  "Drag a contact on the timeline or its ends; with the keyboard: Tab to it, " +
-  "Enter, arrows. “Add” puts one at the playhead. Ctrl-Z undoes, Ctrl-Y redoes.";
+  "Drag a hand's ring over the object, or a contact on the timeline or its ends; with the keyboard: Tab to " +
+  "it, then arrows. “Add” puts a contact at the playhead. Ctrl-Z undoes, Ctrl-Y redoes.";
+const ITSELF = "contacts are solved by themselves";
 
-/** Buttons under the stage of a result. @param {Result} item @param {Stage} stage */
-export function contactEditor(item, stage) {
-  const editor = new Editor(item, stage);
+/** Buttons under the stage of a result.
+ *  @param {Result} item @param {Stage} stage @param {Described[]} form of what makes another motion */
+export function contactEditor(item, stage, form) {
+  const editor = new Editor(item, stage, form);
   stage.addEventListener("opened", () => editor.attach());
   return editor.node;
 }
@@ -27,26 +29,23 @@ class Editor {
   /** @type {string | null} */
   key = null;
 
-  /** @param {Result} item @param {Stage} stage */
-  constructor(item, stage) {
+  /** @param {Result} item @param {Stage} stage @param {Described[]} form */
+  constructor(item, stage, form) {
+    const video = Boolean(item.video ?? item.video_job);
+    this.options = describedFields(form.map((one) => (one.name === "video" ? { ...one, value: video } : one)));
     this.item = item;
     this.stage = stage;
     this.edit = button("Correct the contacts", () => this.begin());
-    this.place = button("Put this hand elsewhere", () => this.pick(!this.picking));
     this.stop = button("Stop correcting", () => this.leave());
-    this.solve = button("Solve again", () => this.send(), { class: "main" });
+    this.solve = button("Keep it as a new motion", () => this.send(), { class: "main" });
+    this.itself = tick("Solve after each correction", { checked: stored(localStorage, ITSELF) ?? true });
+    this.itself.input.addEventListener("change", () => this.switched());
     this.hint = h("p", { class: "hint", role: "status" });
     this.problem = h("div");
-    this.tools = h("div", { class: "row" }, this.place, this.solve, this.stop);
-    this.node = h(
-      "div",
-      { class: "stack tight" },
-      h("div", { class: "row" }, this.edit),
-      this.hint,
-      this.tools,
-      this.problem,
-    );
-    stage.canvas.addEventListener("click", (event) => this.clicked(event));
+    this.tools = inRow(this.solve, this.stop, this.itself.node, grid(this.options));
+    this.node = box("stack tight", inRow(this.edit), this.hint, this.tools, this.problem);
+    this.trial = new Trial(item.id, stage, (words) => say(this.hint, words));
+    grips(stage, () => this.able, () => this.begin({ quiet: true }));
     const { signal } = stage;
     document.addEventListener("keydown", (event) => this.timeline?.undoKey(event), { signal });
     this.reset();
@@ -62,7 +61,7 @@ class Editor {
     this.timeline?.addEventListener("edit", (event) => {
       if (event instanceof CustomEvent) this.edited(event.detail.segments);
     });
-    this.timeline?.addEventListener("select", () => this.refresh());
+    this.trial.attach();
     this.reset();
     const kept = this.edit.hidden ? null : draft(this.item.id, this.sample);
     if (!kept) return;
@@ -76,25 +75,31 @@ class Editor {
     return this.stage.scenes.at(0)?.sample ?? this.item.chosen ?? 0;
   }
 
+  /** Whether what is shown can be corrected. */
+  get able() {
+    return this.stage.scenes.length === 1 && Boolean(this.timeline && this.stage.viewer?.header(0)?.editable);
+  }
+
   /** Nothing is corrected yet. */
   reset() {
-    const editable = this.timeline && this.stage.viewer?.header(0)?.editable;
-    this.edit.hidden = this.stage.scenes.length !== 1 || !editable;
+    this.edit.hidden = !this.able;
     this.tools.hidden = true;
     this.stage.node.classList.remove("correcting");
-    this.pick(false);
     say(this.hint, "");
   }
 
-  begin() {
-    if (!this.timeline) return;
+  /** `quiet`: where the work is stays where it is. */
+  begin({ quiet = false } = {}) {
+    if (!this.timeline || this.edit.hidden) return;
     this.stage.viewer?.pause();
     this.timeline.editable = true;
     this.edit.hidden = true;
     this.tools.hidden = false;
     this.stage.node.classList.add("correcting");
-    this.stage.node.scrollIntoView({ block: "start" });
     say(this.hint, HELP);
+    // What was just done in the picture stays in sight, and what can be done with it comes into it.
+    if (quiet) for (const one of [this.tools, this.stage.frame]) one.scrollIntoView({ block: "nearest" });
+    else this.stage.node.scrollIntoView({ block: "start" });
     this.refresh();
   }
 
@@ -108,6 +113,7 @@ class Editor {
     };
     if (this.timeline?.dirty && !(await confirmed(asked))) return;
     this.timeline?.reset();
+    this.trial.revert();
     forget(this.item.id, this.sample);
     this.finish();
   }
@@ -126,62 +132,42 @@ class Editor {
     if (this.timeline?.dirty) keep(this.item.id, this.sample, segments);
     else forget(this.item.id, this.sample);
     this.refresh();
+    this.trySoon();
+  }
+
+  /** Have the motion solved again, if that is wanted. */
+  trySoon() {
+    const order = () => ({ contacts: this.timeline?.contacts, sample: this.sample + 1 });
+    if (!this.timeline?.dirty) this.trial.revert();
+    else if (this.itself.read()) this.trial.soon(order);
+  }
+
+  /** Whether it is wanted is another. */
+  switched() {
+    store(localStorage, ITSELF, this.itself.read());
+    if (this.itself.read()) this.trySoon();
+    else this.trial.stop();
   }
 
   refresh() {
-    const selected = this.timeline?.selected;
     this.solve.disabled = !this.timeline?.dirty;
-    this.place.disabled = !selected;
-    if (!selected) this.pick(false);
-  }
-
-  get picking() {
-    return this.stage.picker === this;
-  }
-
-  /** @param {boolean} on */
-  pick(on) {
-    if (on || this.picking) this.stage.clicksFor(on ? this : null);
-    this.letGo(on);
-    if (on) say(this.hint, "Click the place on the object where this hand holds.");
-  }
-
-  /** The clicks are for something else. */
-  letGo(on = false) {
-    if (!on && !this.tools.hidden) say(this.hint, HELP);
-    this.place.setAttribute("aria-pressed", String(on));
-  }
-
-  /** @param {MouseEvent} event */
-  clicked(event) {
-    if (!this.picking || this.stage.dragged(event)) return;
-    const hit = this.stage.viewer?.pick(event.offsetX, event.offsetY);
-    if (!hit) {
-      say(this.hint, "That is beside the object. Click on it.");
-      return;
-    }
-    this.timeline?.setAnchor(hit);
-    this.pick(false);
-    say(this.hint, "The hand will hold there.");
-    announce("The hand will hold there.");
   }
 
   send() {
     const key = (this.key ??= freshKey());
+    this.trial.stop();
     return attempt(this.solve, this.problem, async () => {
       const name = `${this.item.name}, corrected`;
-      const video = Boolean(this.item.video ?? this.item.video_job);
       const json = {
         kind: "resolve",
         name,
         result: this.item.id,
         contacts: this.timeline?.contacts,
         sample: this.sample + 1,
-        video,
+        ...saidIn(this.options),
       };
-      const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": key } });
+      await toJob(json, key, {});
       forget(this.item.id, this.sample);
-      go(`#/jobs/${job.id}`);
     });
   }
 }

@@ -1,6 +1,6 @@
 // Questions in a native dialog: focus is kept inside, Escape closes, focus goes back where it was.
 import { inWords } from "../core/api.js";
-import { freshId, h, put } from "../core/dom.js";
+import { action, box, freshId, h, put } from "../core/dom.js";
 import { trouble } from "./trouble.js";
 
 /** @typedef {() => Promise<unknown>} Act */
@@ -18,12 +18,7 @@ export function confirmed({ title, text, yes, act }) {
 export function renamed(name, act) {
   const field = h("input", { value: name, maxlength: 120, required: true, autofocus: true });
   const content = h("label", { class: "field" }, h("span", {}, "Name"), field);
-  return ask({
-    title: "Rename",
-    yes: "Keep this name",
-    content,
-    act: () => act(field.value.trim()),
-  });
+  return ask({ title: "Rename", yes: "Keep this name", content, act: () => act(field.value.trim()) });
 }
 
 /** Show content with one button that closes it. @param {string} title @param {Node} content */
@@ -36,12 +31,8 @@ function ask({ title, yes, act, content, danger = false, only = false }) {
   const id = freshId("dialog");
   const problem = h("div");
   const done = h("button", { class: danger ? "danger" : "main", type: "submit" }, yes);
-  const no = h(
-    "button",
-    { type: "button", class: "quiet", on: { click: () => dialog.close() } },
-    "Cancel",
-  );
-  const buttons = h("div", { class: "row end" }, only ? null : no, done);
+  const no = action("quiet", () => dialog.close(), "Cancel");
+  const buttons = box("row end", only ? null : no, done);
   const form = h("form", {}, h("h2", { id }, title), content, problem, buttons);
   const dialog = h("dialog", { "aria-labelledby": id }, form);
   const leave = () => dialog.close();

@@ -1,8 +1,9 @@
 // Form fields with their labels and hints, and a button that waits for what it does.
 import { inWords } from "../core/api.js";
-import { freshId, h, put } from "../core/dom.js";
+import { box, freshId, h, put } from "../core/dom.js";
 import { trouble } from "./trouble.js";
-/** @import {Props} from "../core/dom.js" */
+/** @import {Described} from "../core/answers.js"
+ *  @import {Props} from "../core/dom.js" */
 
 /** A field of a form and what it says. @template V @template {HTMLElement} [I=HTMLElement]
  *  @typedef {{node: HTMLElement, input: I, read: () => V}} Field */
@@ -17,20 +18,12 @@ import { trouble } from "./trouble.js";
 export function field(label, input, hint = "") {
   const id = freshId("hint");
   if (hint) input.setAttribute("aria-describedby", id);
-  return h(
-    "div",
-    { class: "field" },
-    h("label", {}, h("span", {}, label), input),
-    hint && h("p", { class: "hint", id }, hint),
-  );
+  return box("field", h("label", {}, h("span", {}, label), input), hint && h("p", { class: "hint", id }, hint));
 }
 
 /** A number field; `unit` stands behind it.
  *  @param {string} label @param {NumberAsked} asked @returns {NumberField} */
-export function number(
-  label,
-  { value = "", min, max, step = "any", unit = "", hint = "", required = false },
-) {
+export function number(label, { value = "", min, max, step = "any", unit = "", hint = "", required = false }) {
   const input = h("input", {
     type: "number",
     value: String(value),
@@ -44,9 +37,8 @@ export function number(
   input.id = id;
   const hintId = freshId("hint");
   if (hint) input.setAttribute("aria-describedby", hintId);
-  const node = h(
-    "div",
-    { class: "field" },
+  const node = box(
+    "field",
     h("label", { for: id }, h("span", {}, unit ? `${label} (${unit})` : label)),
     input,
     hint && h("p", { class: "hint", id: hintId }, hint),
@@ -58,13 +50,40 @@ export function number(
  *  @param {string} label @param {string[][]} options
  *  @param {{value?: string, hint?: string}} asked @returns {Choice} */
 export function choice(label, options, { value = options[0]?.[0], hint = "" } = {}) {
-  const input = h(
-    "select",
-    {},
-    options.map(([key, words]) => h("option", { value: key }, words)),
-  );
+  const input = h("select", {}, options.map(([key, words]) => h("option", { value: key }, words)));
   if (value !== undefined) input.value = value;
   return { node: field(label, input, hint), input, read: () => input.value };
+}
+
+/** Fields by kinds, as the API describes them. @type {Record<string, (one: Described) => Field<any>>} */
+const KINDS = {
+  number: (one) => number(one.title, one),
+  tick: (one) => tick(one.title, { checked: one.value, hint: one.hint }),
+  choice: (one) => {
+    const made = choice(one.title, one.options, one);
+    return { ...made, read: () => made.read() || null };
+  },
+  text: ({ title, value = "", hint }) => {
+    const input = h("input", { type: "text", value });
+    return { node: field(title, input, hint), input, read: () => input.value || null };
+  },
+};
+
+/** The fields of a form by name; `own` are made in another way. What neither makes is left out.
+ *  @param {Described[]} form @param {Record<string, Field<any>>} own @returns {Record<string, Field<any>>} */
+export function describedFields(form, own = {}) {
+  const made = form.map((one) => [one.name, own[one.name] ?? KINDS[one.kind]?.(one)]);
+  return Object.fromEntries(made.filter(([, one]) => one));
+}
+
+/** What fields say, by name. @param {Record<string, {read: () => unknown}>} fields */
+export function saidIn(fields) {
+  return Object.fromEntries(Object.entries(fields).map(([name, one]) => [name, one.read()]));
+}
+
+/** Fields side by side. @param {Record<string, {node: HTMLElement}>} fields */
+export function grid(fields) {
+  return box("grid", Object.values(fields).map(({ node }) => node));
 }
 
 /** A button that does something at once; `more` of its attributes.
@@ -79,9 +98,8 @@ export function tick(label, { checked = false, hint = "" } = {}) {
   const input = h("input", { type: "checkbox", checked });
   const id = freshId("hint");
   if (hint) input.setAttribute("aria-describedby", id);
-  const node = h(
-    "div",
-    { class: "field" },
+  const node = box(
+    "field",
     h("label", { class: "tick" }, input, h("span", {}, label)),
     hint && h("p", { class: "hint", id }, hint),
   );
@@ -95,6 +113,16 @@ export function doing(words, act, { kind = "", place = null } = {}) {
   const made = h("button", { type: "button", class: kind }, words);
   made.addEventListener("click", () => attempt(made, place, act));
   return made;
+}
+
+/** What a form does when it is sent: `act`, once, with its button waiting and an error in `place`.
+ *  @param {HTMLElement} pressed @param {HTMLElement} place @param {() => Promise<unknown>} act */
+export function sends(pressed, place, act) {
+  const submit = (/** @type {SubmitEvent} */ event) => {
+    event.preventDefault();
+    attempt(pressed, place, act);
+  };
+  return { on: { submit, change: () => put(place) } };
 }
 
 /** Run `act` once: the button that was pressed waits, an error is shown in `place`. Returns what

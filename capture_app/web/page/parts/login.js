@@ -1,7 +1,7 @@
 // The token that a server beyond this computer asks for.
 import { api } from "../core/api.js";
-import { h } from "../core/dom.js";
-import { attempt, field } from "./fields.js";
+import { h, inRow } from "../core/dom.js";
+import { field, sends } from "./fields.js";
 
 /** A page that asks for the token; `entered()` when it was right. @param {() => void} entered */
 export function login(entered) {
@@ -12,20 +12,15 @@ export function login(entered) {
     "form",
     {
       class: "narrow stack",
-      on: {
-        submit: (event) => {
-          event.preventDefault();
-          attempt(button, problem, async () => {
-            await api("/api/login", { json: { token: token.value } });
-            entered();
-          });
-        },
-      },
+      ...sends(button, problem, async () => {
+        await api("/api/login", { json: { token: token.value } });
+        entered();
+      }),
     },
     h("h1", {}, "This omocap asks for its token"),
     h("p", {}, "It is what omocap serve printed when it was started."),
     field("Token", token),
-    h("div", { class: "row" }, button),
+    inRow(button),
     problem,
   );
 }

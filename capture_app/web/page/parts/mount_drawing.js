@@ -1,5 +1,5 @@
 // The mount by numbers: where a point of the phone is on the object, and how the phone is turned.
-import { h } from "../core/dom.js";
+import { box, h, stacked } from "../core/dom.js";
 import { sides } from "../core/words.js";
 import { showAxes } from "./axes.js";
 import { choice, number } from "./fields.js";
@@ -44,20 +44,14 @@ export function drawingForm({ choices, objects, object, back, signal }) {
   const sure = choice("How do you know", SURE, { value: "3" });
   const xyz = () => place.map((one) => (one.read() ?? 0) / 100);
   for (const one of place) one.input.addEventListener("input", () => stage.mark([xyz()]));
-  const content = h(
-    "div",
-    { class: "stack" },
-    h("div", { class: "grid" }, thing.node, phone.node),
+  const content = stacked(
+    box("grid", thing.node, phone.node),
     h(
       "fieldset",
       { class: "grid" },
       h("legend", {}, "Where it is, in the object's own axes"),
       point.node,
-      h(
-        "div",
-        { class: "thirds" },
-        place.map((one) => one.node),
-      ),
+      box("thirds", place.map((one) => one.node)),
     ),
     h("fieldset", { class: "grid" }, h("legend", {}, "How it is turned"), faces.node, top.node),
     sure.node,
@@ -77,10 +71,9 @@ export function drawingForm({ choices, objects, object, back, signal }) {
   for (const event of ["input", "change"]) content.addEventListener(event, look.ask);
   stage.addEventListener("opened", look.ask);
   show(object);
-  return h(
-    "div",
-    { class: "split" },
+  return box(
+    "split",
     h("section", { class: "card" }, mountForm({ back, name: "Mount by numbers", content, read })),
-    h("div", { class: "stack" }, stage.node, size, look.node),
+    stacked(stage.node, size, look.node),
   );
 }

@@ -1,8 +1,8 @@
 // What the forms of a mount share: the name, the phone, and what happens when it is kept.
 import { api } from "../core/api.js";
-import { h, say } from "../core/dom.js";
+import { box, h, inRow, say, stacked } from "../core/dom.js";
 import { address, go } from "../core/router.js";
-import { attempt, choice, number } from "./fields.js";
+import { choice, number, sends } from "./fields.js";
 /** @import {Phone, Thing} from "../core/answers.js" */
 
 const RULER = "";
@@ -21,21 +21,14 @@ export function mountForm({ back, name, content, read }) {
     "form",
     {
       class: "stack",
-      on: {
-        submit: (event) => {
-          event.preventDefault();
-          attempt(button, problem, async () => {
-            const made = await api("/api/mounts", {
-              json: { name: title.value.trim(), ...read() },
-            });
-            go(address(`/mounts/${made.id}`, { back }));
-          });
-        },
-      },
+      ...sends(button, problem, async () => {
+        const made = await api("/api/mounts", { json: { name: title.value.trim(), ...read() } });
+        go(address(`/mounts/${made.id}`, { back }));
+      }),
     },
     content,
     h("label", { class: "field" }, h("span", {}, "Name of the mount"), title),
-    h("div", { class: "row" }, button),
+    inRow(button),
     problem,
   );
 }
@@ -59,16 +52,7 @@ export function phoneFields(phones) {
   ];
   const ruler = [width, height, ...lens];
   const why = h("p", { class: "hint" });
-  const measured = h(
-    "div",
-    { class: "stack" },
-    why,
-    h(
-      "div",
-      { class: "grid" },
-      ruler.map((one) => one.node),
-    ),
-  );
+  const measured = stacked(why, box("grid", ruler.map((one) => one.node)));
   const chosen = () => phones.find(({ name }) => name === model.read());
   const show = () => {
     const phone = chosen();
@@ -81,7 +65,7 @@ export function phoneFields(phones) {
   model.input.addEventListener("change", show);
   show();
   return {
-    node: h("div", { class: "stack" }, model.node, measured),
+    node: stacked(model.node, measured),
     /** Whether all is said that is asked. */
     known: () => measured.hidden || ruler.every((one) => one.read() !== null),
     read: () => ({
@@ -98,4 +82,19 @@ export function objectField(objects, current, changed) {
   const object = choice("Object", options, { value: current ?? "" });
   object.input.addEventListener("change", () => changed(object.read()));
   return object;
+}
+
+/** The mount of a mesh that is made in the phone's own axes. @param {{back: string | null}} context */
+export function identityForm({ back }) {
+  const content = h(
+    "p",
+    {},
+    "The origin of the mesh is the phone's camera: x to the right and y up in " +
+      "the picture, z out of the screen towards you. Nothing is to be measured.",
+  );
+  return h(
+    "section",
+    { class: "card" },
+    mountForm({ back, name: "Mesh around the phone", content, read: () => ({ method: "identity" }) }),
+  );
 }

@@ -1,6 +1,6 @@
 // What a mount implies while it is still typed or clicked: in words, and as the phone on the object.
 import { api, inWords } from "../core/api.js";
-import { h, put } from "../core/dom.js";
+import { h, hintLine, put } from "../core/dom.js";
 import { found } from "./brought.js";
 /** @import {Looked} from "../core/answers.js"
  *  @import {Stage} from "./stage.js" */
@@ -27,7 +27,7 @@ export function mountLook({ stage, read, signal }) {
     } catch (error) {
       if (mine !== newest || signal.aborted) return;
       await show(null);
-      put(node, h("p", { class: "hint" }, inWords(error).what));
+      put(node, hintLine(inWords(error).what));
     }
   };
   /** @param {(Looked & {scene: string}) | null} told */

@@ -1,48 +1,36 @@
 // The few options of a motion, and the button that makes it.
-import { api } from "../core/api.js";
-import { freshId, h, say } from "../core/dom.js";
-import { address, go } from "../core/router.js";
-import { attempt, choice, number, tick } from "./fields.js";
-import { remembered } from "./remembered.js";
-import { readingFields, readingQuery } from "./reading_fields.js";
-/** @import {Choices, Report, RunDefaults, Session} from "../core/answers.js" */
+import { freshKey } from "../core/api.js";
+import { folded, freshId, h, inRow, say, stacked } from "../core/dom.js";
+import { toJob } from "../core/router.js";
+import { attempt, choice, describedFields, field, grid, saidIn, tick } from "./fields.js";
+import { remembered } from "../core/stored.js";
+/** @import {Choices, Described, Report, Session} from "../core/answers.js"
+ *  @import {Field} from "./fields.js" */
 
 /** Ids of what a motion is made with. @typedef {{object: string | null, mount: string | null}} With */
 
+const DIRECTION = "direction";
+const NUMBER = String.raw`\s*[\-+]?(\d+\.?\d*|\.\d+)\s*`;
+const AXES = ["x", "y", "z", "-x", "-y", "-z"];
 const NOT_USABLE = "not usable";
-const FORCE = "Use a recording that is not usable";
-
-/** @type {(keyof ReturnType<typeof optionFields>)[]} */
-const FOLDED = ["stood", "steps", "seed", "contact", "video", "force", "strict"];
 
 /** A form for POST /api/jobs of kind run: {node, update({object, mount}), judge(report), reading()}.
  *  session: the item; choices: of the server; changed(): what is said of the recording is another.
  *  @param {Session} session @param {Choices} choices @param {() => void} changed */
 export function orderForm(session, choices, changed) {
-  const reading = readingFields(choices.formats);
-  const fields = { ...optionFields(choices.run), ...reading };
+  const form = choices.forms.run;
+  const fields = describedFields(form, { up: upField(), stood: stoodField() });
+  /** @param {Described["group"]} wanted */
+  const group = (wanted) =>
+    Object.fromEntries(form.flatMap(({ name, group: own }) => (own === wanted ? [[name, fields[name]]] : [])));
+  const reading = group("reading");
   const problem = h("div");
   const why = h("p", { class: "note", id: freshId("why"), role: "status" });
   const button = h("button", { type: "submit", class: "main large" }, "Make the motion");
   button.setAttribute("aria-describedby", why.id);
-  const known = h("div", { class: "grid" }, nodes(Object.values(reading)));
-  const more = h(
-    "details",
-    {},
-    h("summary", {}, "More options"),
-    h("div", { class: "grid" }, nodes(FOLDED.map((key) => fields[key]))),
-    h("h3", {}, "What the recording does not say"),
-    known,
-  );
-  const node = h(
-    "form",
-    { class: "stack" },
-    h("div", { class: "grid" }, nodes([fields.samples, fields.height])),
-    more,
-    why,
-    h("div", { class: "row" }, button),
-    problem,
-  );
+  const known = grid(reading);
+  const more = folded("More options", grid(group("more")), h("h3", {}, "What the recording does not say"), known);
+  const node = h("form", { class: "stack" }, grid(group("main")), more, why, inRow(button), problem);
   const key = freshKey();
   /** @type {With} */
   let chosen = { object: null, mount: null };
@@ -55,7 +43,8 @@ export function orderForm(session, choices, changed) {
   // While it is looked at nothing changes here: the button stays under the pointer that presses it.
   const weigh = () => {
     if (!report) return;
-    say(why, obstacle(chosen, report, fields.force.read()));
+    const forced = fields.force.read() || (form.find(({ name }) => name === "force")?.title ?? "");
+    say(why, obstacle(chosen, report, forced));
     why.hidden = !why.textContent;
     button.disabled = !why.hidden;
   };
@@ -64,17 +53,14 @@ export function orderForm(session, choices, changed) {
     attempt(button, problem, async () => {
       await looked();
       if (button.disabled) return;
-      const options = Object.fromEntries(
-        Object.entries(fields).map(([name, field]) => [name, field.read()]),
-      );
+      const options = saidIn(fields);
       const json = { kind: "run", name: session.name, session: session.id, ...chosen, options };
-      const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": key } });
-      go(address(`/jobs/${job.id}`, { from: location.hash }));
+      await toJob(json, key);
     });
   });
   // Taken up before anything listens: the view looks at the recording by itself.
   const left = remembered(node, `options of ${session.id}`);
-  more.open = left.some((field) => more.contains(field));
+  more.open = left.some((one) => more.contains(one));
   known.addEventListener("change", changed);
   fields.force.input.addEventListener("change", weigh);
   /** @param {With} now */
@@ -94,13 +80,9 @@ export function orderForm(session, choices, changed) {
   return { node, update, judge, reading: () => readingQuery(reading) };
 }
 
-/** @param {{node: HTMLElement}[]} fields */
-function nodes(fields) {
-  return fields.map((one) => one.node);
-}
-
 /** Why no motion can be made as it is, in a sentence; "" when it can.
- *  @param {With} chosen @param {Partial<Report>} report @param {boolean} forced */
+ *  @param {With} chosen @param {Partial<Report>} report
+ *  @param {true | string} forced true, or the label of what forces it */
 function obstacle({ object, mount }, report, forced) {
   if (report.animated) return "";
   if (!object || !mount) {
@@ -108,68 +90,48 @@ function obstacle({ object, mount }, report, forced) {
     return `Choose ${what.join(" and ")} first. Only an animation that brings its own object needs neither.`;
   }
   const able = (report.segments?.length ?? 0) > 0;
-  if (report.verdict !== NOT_USABLE || (able && forced)) return "";
-  const force = able ? ` To use it all the same, tick “${FORCE}” above.` : "";
+  if (report.verdict !== NOT_USABLE || (able && forced === true)) return "";
+  const force = able ? ` To use it all the same, tick “${forced}” above.` : "";
   return `This recording is not usable: ${report.reason}${force}`;
 }
 
-/** @param {RunDefaults} defaults */
-function optionFields(defaults) {
-  const stood = tick("They stood before the phone's screen when it began", {
+/** Where they stood is known where the phone saw them; elsewhere it is clicked on in the result. */
+function stoodField() {
+  const asked = tick("They stood before the phone's screen when it began", {
     hint: "Who taps the phone on the object to record does.",
   });
-  return {
-    samples: number("Samples", {
-      value: defaults.samples,
-      min: 1,
-      max: 64,
-      step: 1,
-      required: true,
-      hint: "So many motions are made, and the best is shown first.",
-    }),
-    height: number("Height of the person", {
-      unit: "m",
-      min: 0.8,
-      max: 2.6,
-
-      hint: "Empty: an average adult.",
-    }),
-    stood: {
-      ...stood,
-      read: () => (stood.read() && !stood.node.hidden ? "phone" : null),
-    },
-    steps: number("Steps of the sampler", {
-      value: defaults.steps,
-      min: 1,
-      max: 1000,
-      step: 1,
-      required: true,
-      hint: "More is slower and finer.",
-    }),
-    seed: number("Seed", {
-      value: defaults.seed,
-      min: 0,
-      step: 1,
-      required: true,
-      hint: "The same seed gives the same motion.",
-    }),
-    contact: choice("Hands hold the object", [
-      ["segments", "while it needs them"],
-      ["paper", "from first touch to the end"],
-    ]),
-    video: tick("Draw a video", { checked: defaults.video ?? true }),
-    force: tick(FORCE, {
-      hint: "The motion will be wrong where the checks are red.",
-    }),
-    strict: tick("Refuse what is usable with limits", {
-      hint: "No motion is made where a check is amber.",
-    }),
-  };
+  return { ...asked, read: () => (asked.read() && !asked.node.hidden ? "phone" : null) };
 }
 
-/** A job's id, chosen here: sent twice it is still one job. */
-export function freshKey() {
-  return [...crypto.getRandomValues(new Uint8Array(8))]
-    .map((byte) => byte.toString(16).padStart(2, "0"))
-    .join("");
+/** What is said in them, as the query of a report has it. @param {Record<string, Field<any>>} fields */
+function readingQuery(fields) {
+  return Object.entries(fields).flatMap(([name, one]) => {
+    const value = one.read();
+    return value === null || value === false ? [] : [[name, String(value)]];
+  });
+}
+
+/** The way up: an axis of the mesh, or a direction. @returns {Field<any>} */
+function upField() {
+  const which = choice(
+    "Which way is up",
+    [
+      ["", "as the log says, or found"],
+      ...AXES.map((axis) => [`object:${axis}`, `along ${axis} of the mesh where the object rests`]),
+      [DIRECTION, "a direction in the phone's world"],
+    ],
+    { hint: "Where the log does not say it." },
+  );
+  const input = h("input", { type: "text", placeholder: "0,1,0", pattern: `${NUMBER},${NUMBER},${NUMBER}` });
+  const typed = field("Direction of up", input, "Three numbers in the phone's world, e.g. 0,1,0.");
+  const show = () => {
+    typed.hidden = which.read() !== DIRECTION;
+    input.disabled = typed.hidden;
+    input.required = !typed.hidden;
+  };
+  which.input.addEventListener("change", show);
+  show();
+  const direction = () => (input.value && input.checkValidity() ? input.value.split(",").map(Number) : null);
+  const read = () => (which.read() === DIRECTION ? direction() : which.read() || null);
+  return { node: stacked(which.node, typed), input: which.input, read };
 }

@@ -1,6 +1,6 @@
 // The mount of a recording: a stored one, a dropped mount.json, or one found in the page.
 import { api } from "../core/api.js";
-import { h } from "../core/dom.js";
+import { box, goTo, h, hintLine, inRow, stacked } from "../core/dom.js";
 import { address } from "../core/router.js";
 import { bring } from "../upload/begin.js";
 import { dropArea } from "../upload/drop.js";
@@ -15,14 +15,13 @@ const OWN_FRAME = {
   name: "The mesh is in the phone's own frame",
   line: "No mount: the origin of the mesh is the phone's camera, x to the right, y up, z towards you",
 };
-const CLAMPED =
-  "It was made for this object. If you clamped the phone anew since then, find the mount again.";
+const CLAMPED = "It was made for this object. If you clamped the phone anew since then, find the mount again.";
 
 /** The choice; those made for the object come first. `here`: where to come back to.
  *  @param {Mount[]} mounts @param {string | null} current
  *  @param {Choosing & {object: string | null}} choosing */
 export function pickMount(mounts, current, { object, here, chosen, why, other }) {
-  const place = h("div", { class: "stack" });
+  const place = box("stack");
   const taken = mounts.find(({ id }) => id === current);
   /** @param {Mount} mount */
   const fit = (mount) => Number(mount.object === object && object !== null);
@@ -31,25 +30,13 @@ export function pickMount(mounts, current, { object, here, chosen, why, other })
     .map((mount) => ({
       id: mount.id,
       name: mount.name,
-      line: [mountWords(mount), fit(mount) ? "made for this object" : ""]
-        .filter(Boolean)
-        .join(" · "),
+      line: [mountWords(mount), fit(mount) ? "made for this object" : ""].filter(Boolean).join(" · "),
     }));
-  return h(
-    "div",
-    { class: "stack" },
+  return stacked(
     pickList("Mount", [...items, OWN_FRAME], current, chosen),
-    taken && fit(taken) > 0 && h("p", { class: "hint" }, [why, CLAMPED].filter(Boolean).join(" ")),
+    taken && fit(taken) > 0 && hintLine([why, CLAMPED].filter(Boolean).join(" ")),
     mountWarning(taken),
-    h(
-      "div",
-      { class: "row" },
-      h(
-        "a",
-        { class: "button", href: address("/calibrate", { object, back: here }) },
-        "Find it now, step by step",
-      ),
-    ),
+    inRow(goTo(address("/calibrate", { object, back: here }), "Find it now, step by step")),
     dropArea({
       title: "Drop a mount.json",
       text: "What omocap calibrate wrote.",
@@ -79,9 +66,5 @@ export function mountWarning(mount) {
     );
   }
   if (!told.length) return null;
-  return h(
-    "div",
-    { class: "note" },
-    told.map((text) => h("p", {}, text)),
-  );
+  return box("note", told.map((text) => h("p", {}, text)));
 }

@@ -1,6 +1,6 @@
 // The object of a recording: a stored mesh, or one that is dropped.
 import { api } from "../core/api.js";
-import { h } from "../core/dom.js";
+import { box, goTo, h, hintLine, inRow, stacked } from "../core/dom.js";
 import { address } from "../core/router.js";
 import { sides } from "../core/words.js";
 import { bring } from "../upload/begin.js";
@@ -17,23 +17,13 @@ export const MESHES = ".obj,.ply,.stl,.glb,.gltf,.usdz,.usda,.usdc,.mtl,.png,.jp
 /** The choice; `chosen(id)` when there is another. `here`: where to come back to.
  *  @param {Thing[]} objects @param {string | null} current @param {Choosing} choosing */
 export function pickObject(objects, current, { here, chosen, why, other }) {
-  const place = h("div", { class: "stack" });
-  const items = objects.map(({ id, name, extents }) => ({
-    id,
-    name,
-    line: extents ? sides(extents) : "",
-  }));
-  return h(
-    "div",
-    { class: "stack" },
+  const place = box("stack");
+  const items = objects.map(({ id, name, extents }) => ({ id, name, line: extents ? sides(extents) : "" }));
+  return stacked(
     items.length > 0 && pickList("Object", items, current, chosen),
-    why && h("p", { class: "hint" }, why),
+    why && hintLine(why),
     suspicious(objects.find(({ id }) => id === current)),
-    h(
-      "div",
-      { class: "row" },
-      h("a", { class: "button", href: address("/scan", { back: here }) }, "Make it from a film"),
-    ),
+    inRow(goTo(address("/scan", { back: here }), "Make it from a film")),
     dropArea({
       title: "Drop a mesh of the object",
       text: "OBJ, PLY, STL or GLB. A scan is fine.",
@@ -54,9 +44,8 @@ export function pickObject(objects, current, { here, chosen, why, other }) {
 /** What is odd about the object's mesh. @param {Thing | undefined} object */
 export function suspicious(object) {
   if (!object?.warnings?.length) return null;
-  return h(
-    "div",
-    { class: "note" },
+  return box(
+    "note",
     object.warnings.map((warning) => h("p", {}, warning)),
     h("p", {}, h("a", { href: `#/objects/${object.id}` }, "Look at it, change its unit")),
   );

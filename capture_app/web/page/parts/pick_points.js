@@ -1,6 +1,5 @@
 // Named points, each clicked on the object in 3D or typed.
-import { h, put, say } from "../core/dom.js";
-import { announce } from "../core/live.js";
+import { announce, box, folded, h, inRow, put, say, stacked } from "../core/dom.js";
 import { choice, number } from "./fields.js";
 import { Stage } from "./stage.js";
 
@@ -36,28 +35,18 @@ export class PointPicker extends EventTarget {
     this.enough = enough;
     this.words = words;
     this.drawing = picture;
-    this.stage = new Stage({
-      label: `The ${what} in 3D. Click where the point is`,
-      signal,
-      controls: false,
-    });
+    this.stage = new Stage({ label: `The ${what} in 3D. Click where the point is`, signal, controls: false });
     const { canvas } = this.stage;
     canvas.classList.add("picking");
     canvas.addEventListener("click", (event) => this.clicked(event));
     this.status = h("p", { class: "hint", role: "status" });
-    this.point = choice(
-      label,
-      names.map((name) => [name, name]),
-    );
+    this.point = choice(label, names.map((name) => [name, name]));
     this.point.input.addEventListener("change", () => this.refresh());
     this.picture = h("div");
     this.list = h("ol", { class: "pairs" });
     this.typed = ["x", "y", "z"].map((axis) => number(axis, { unit: "cm" }));
-    this.content = h(
-      "div",
-      { class: "stack" },
-      names.length > 1 &&
-        h("div", { class: "row beside" }, picture && this.picture, this.point.node),
+    this.content = stacked(
+      names.length > 1 && box("row beside", picture && this.picture, this.point.node),
       this.list,
       this.byHand(),
     );
@@ -73,17 +62,7 @@ export class PointPicker extends EventTarget {
       },
       "Add this point",
     );
-    return h(
-      "details",
-      {},
-      h("summary", {}, "Type the place instead of clicking"),
-      h(
-        "div",
-        { class: "grid" },
-        this.typed.map((one) => one.node),
-      ),
-      h("div", { class: "row" }, add),
-    );
+    return folded("Type the place instead of clicking", box("grid", this.typed.map((one) => one.node)), inRow(add));
   }
 
   /** Begin anew on this object, or on none. @param {string | null} id */
@@ -123,16 +102,10 @@ export class PointPicker extends EventTarget {
 
   refresh() {
     if (this.drawing) put(this.picture, this.drawing(this.point.read()));
-    put(
-      this.list,
-      this.points.map((point) => this.row(point)),
-    );
+    put(this.list, this.points.map((point) => this.row(point)));
     this.stage.mark(this.points.map((point) => point.at));
     const left = this.enough - this.points.length;
-    say(
-      this.status,
-      this.object ? this.words({ chosen: this.point.read(), left }) : `Choose the ${this.what}.`,
-    );
+    say(this.status, this.object ? this.words({ chosen: this.point.read(), left }) : `Choose the ${this.what}.`);
     this.dispatchEvent(new Event("change"));
   }
 
@@ -149,12 +122,6 @@ export class PointPicker extends EventTarget {
       "Remove",
     );
     const place = `${point.at.map((x) => (100 * x).toFixed(1)).join(", ")} cm`;
-    return h(
-      "li",
-      {},
-      h("span", {}, point.name),
-      h("span", { class: "hint figures" }, place),
-      remove,
-    );
+    return h("li", {}, h("span", {}, point.name), h("span", { class: "hint figures" }, place), remove);
   }
 }

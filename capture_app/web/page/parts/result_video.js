@@ -1,6 +1,6 @@
 // The video of a motion, which is drawn after the motion is there.
 import { api, inWords } from "../core/api.js";
-import { h, put } from "../core/dom.js";
+import { h, hintLine, part, put } from "../core/dom.js";
 import { poll } from "../core/poll.js";
 import { ended } from "../core/words.js";
 import { trouble } from "./trouble.js";
@@ -12,7 +12,7 @@ export function resultVideo(item, signal) {
   if (!item.video && !item.video_job) return null;
   const place = h("div", {}, item.video && watched(item, item.video));
   if (!item.video) follow(item, place, signal);
-  return h("section", {}, h("h2", {}, "Video"), place);
+  return part("Video", place);
 }
 
 /** @param {Result} item @param {string} video */
@@ -27,7 +27,7 @@ function watched(item, video) {
  *  @param {Result} item @param {Element} place @param {AbortSignal} signal */
 function follow(item, place, signal) {
   const bar = h("progress", { max: 1, value: 0, "aria-label": "Progress of the video" });
-  put(place, h("p", { class: "hint" }, "The video is being drawn."), bar);
+  put(place, hintLine("The video is being drawn."), bar);
   poll(
     async () => {
       /** @type {Job} */

@@ -8,6 +8,7 @@ const REACH = 1.3; // metres from the object to the edges of a picture
 const BODY = 22; // joints without fingers
 const POINTS = 300; // of the object's surface
 const HEAD = 15;
+const LEGIBLE = 56; // CSS pixels
 
 /** A place of the world in a picture. @typedef {(place: ArrayLike<number>) => [number, number]} Seen */
 
@@ -87,7 +88,8 @@ function drawSample(picture, motion, time, { right, surface }) {
     drawPerson(brush, motion, view);
     brush.fillStyle = ink("--quiet");
     brush.font = "11px system-ui, sans-serif";
-    brush.fillText(k ? "side" : "above", k * half + 4, 12);
+    // In a small picture the word would lie on the person.
+    if (half > LEGIBLE) brush.fillText(k ? "side" : "above", k * half + 4, 12);
     brush.restore();
   }
 }

@@ -27,10 +27,11 @@ export function samplePicker(samples, chosen, show, stage) {
   const all = [...Array(samples).keys()];
   const pictures = all.map(() => h("canvas", { "aria-hidden": "true" }));
   // Who waits for the motion does not wait for them.
-  stage.addEventListener("opened", async () => {
+  const draw = async () => {
     const { drawSamples } = await import("./sample_views.js");
     if (stage.viewer) drawSamples(pictures, stage.viewer);
-  });
+  };
+  for (const event of ["opened", "revised"]) stage.addEventListener(event, draw);
   return h(
     "fieldset",
     { class: "samples" },

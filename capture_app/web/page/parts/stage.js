@@ -1,8 +1,9 @@
 // The 3D view with its clock: play, speed, cameras, layers, and a timeline for each scene.
 import { bytes, inWords } from "../core/api.js";
-import { h, put } from "../core/dom.js";
+import { box, h, hintLine, put } from "../core/dom.js";
 import { trouble } from "./trouble.js";
 /** @import {Film} from "/static/viewer/film.js"
+ *  @import {Pack} from "/static/viewer/pack.js"
  *  @import {Timeline} from "/static/viewer/timeline.js"
  *  @import {Viewer} from "/static/viewer/viewer.js" */
 
@@ -46,37 +47,24 @@ export class Stage extends EventTarget {
       import("/static/viewer/timeline.js"),
       import("/static/viewer/film.js"),
       import("/static/viewer/pack.js"),
-    ]).then(([viewer, bar, timeline, film, pack]) => ({
-      ...viewer,
-      ...bar,
-      ...timeline,
-      ...film,
-      ...pack,
-    }));
+    ]).then(([viewer, bar, timeline, film, pack]) => ({ ...viewer, ...bar, ...timeline, ...film, ...pack }));
     // A failure is shown by whoever waits for them.
     this.modules.catch(() => {});
     this.down = [0, 0];
     this.canvas.addEventListener("pointerdown", (event) => {
       this.down = [event.offsetX, event.offsetY];
     });
-    this.names = h("div", { class: "stage-names" });
-    this.message = h("div", { class: "stage-message" });
-    this.picture = h("div", { class: "stage-film" });
-    this.frame = h(
-      "div",
-      { class: "stage-frame" },
-      this.canvas,
-      this.names,
-      this.picture,
-      this.message,
-    );
-    this.side = h("div", { class: "stage-side" });
-    this.bar = h("div", { class: "stage-bar" });
-    this.tracks = h("div", { class: "stage-tracks" });
+    this.names = box("stage-names");
+    this.message = box("stage-message");
+    this.picture = box("stage-film");
+    this.frame = box("stage-frame", this.canvas, this.names, this.picture, this.message);
+    this.side = box("stage-side");
+    this.bar = box("stage-bar");
+    this.tracks = box("stage-tracks");
     this.node = h(
       "div",
       { class: controls ? "stage full" : "stage" },
-      h("div", { class: "stage-middle" }, this.frame, this.side),
+      box("stage-middle", this.frame, this.side),
       this.bar,
       this.tracks,
     );
@@ -145,6 +133,13 @@ export class Stage extends EventTarget {
     else viewer.unload(1);
   }
 
+  /** The scene that is shown, with another motion. @param {Pack} pack */
+  revise(pack) {
+    this.viewer?.revise(0, pack);
+    for (const timeline of this.timelines) timeline.pack = pack;
+    this.dispatchEvent(new Event("revised"));
+  }
+
   /** @param {Viewer} viewer */
   async drawTracks(viewer) {
     this.timelines.forEach((one) => one.dispose());
@@ -169,8 +164,8 @@ export class Stage extends EventTarget {
 
   /** Where the timeline of a scene goes. @param {Scene} scene */
   track({ name }) {
-    const host = h("div", { class: "stage-track" });
-    this.tracks.append(this.scenes.length > 1 ? h("p", { class: "hint" }, name) : "", host);
+    const host = box("stage-track");
+    this.tracks.append(this.scenes.length > 1 ? hintLine(name) : "", host);
     return host;
   }
 
@@ -207,11 +202,7 @@ export class Stage extends EventTarget {
       this.viewer
         .panes()
         .map(({ slot, x, y, width }) =>
-          h(
-            "span",
-            { style: { left: `${x}px`, top: `${y}px`, width: `${width}px` } },
-            this.scenes[slot]?.name ?? "",
-          ),
+          h("span", { style: { left: `${x}px`, top: `${y}px`, width: `${width}px` } }, this.scenes[slot]?.name ?? ""),
         ),
     );
   }

@@ -1,16 +1,10 @@
 // Buttons and choices of the 3D view.
-import { h, put, say, svg } from "../core/dom.js";
+import { action, box, h, put, say, svg } from "../core/dom.js";
 import { LAYERS, camerasOf } from "/static/viewer/words.js";
 /** @import {Child} from "../core/dom.js"
  *  @import {Viewer} from "/static/viewer/viewer.js" */
 
-const SPEEDS = [
-  ["0.1", "0.1×"],
-  ["0.25", "0.25×"],
-  ["0.5", "0.5×"],
-  ["1", "1×"],
-  ["2", "2×"],
-];
+const SPEEDS = [["0.1", "0.1×"], ["0.25", "0.25×"], ["0.5", "0.5×"], ["1", "1×"], ["2", "2×"]];
 // What a space is for in them is another thing; of a radio button that is chosen it is nothing.
 const OWN_KEYS = "input:not([type=radio], [type=checkbox]), select, textarea, dialog *";
 const OWN_SPACE = "input:not([type=radio]:checked), select, textarea, button, summary, dialog *";
@@ -158,11 +152,7 @@ function options(choices) {
 /** @param {string} label @param {string[][]} choices @param {string} value
  *  @param {(value: string) => void} changed */
 function select(label, choices, value, changed) {
-  const input = h(
-    "select",
-    { on: { change: () => changed(input.value) } },
-    options(choices),
-  );
+  const input = h("select", { on: { change: () => changed(input.value) } }, options(choices));
   input.value = value;
   return { node: h("label", { class: "inline" }, h("span", {}, label), input), input };
 }
@@ -174,17 +164,13 @@ function layers(viewer) {
     input.addEventListener("change", () => viewer.show({ [key]: input.checked }));
     return h("label", { class: "tick" }, input, h("span", {}, words));
   });
-  const reset = h(
-    "button",
-    { type: "button", class: "quiet", on: { click: () => viewer.frameAll() } },
-    "Show all of it",
-  );
+  const reset = action("quiet", () => viewer.frameAll(), "Show all of it");
   return menu(h("summary", {}, "Show"), [boxes, reset]);
 }
 
 /** @param {HTMLElement} summary @param {Child} choices */
 function menu(summary, choices) {
-  const node = h("details", { class: "layers" }, summary, h("div", { class: "sheet" }, choices));
+  const node = h("details", { class: "layers" }, summary, box("sheet", choices));
   closesByItself(node);
   return node;
 }

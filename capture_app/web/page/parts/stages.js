@@ -12,15 +12,8 @@ export function stageWords(job) {
 export function stageList(job) {
   const known = stagesOf(job.kind);
   const seen = [...Object.keys(job.timings), job.stage].filter(Boolean);
-  const stages = [
-    ...known,
-    ...seen.filter((stage, at) => !known.includes(stage) && seen.indexOf(stage) === at),
-  ];
-  return h(
-    "ol",
-    { class: "stages" },
-    stages.map((stage) => item(stage, job)),
-  );
+  const stages = [...known, ...seen.filter((stage, at) => !known.includes(stage) && seen.indexOf(stage) === at)];
+  return h("ol", { class: "stages" }, stages.map((stage) => item(stage, job)));
 }
 
 /** @param {string} stage @param {Job} job */

@@ -1,37 +1,19 @@
 // Say where the person stood when the take began, and have the motion made again from there.
-import { api } from "../core/api.js";
-import { h, say } from "../core/dom.js";
-import { announce } from "../core/live.js";
-import { go } from "../core/router.js";
+import { freshKey } from "../core/api.js";
+import { announce, box, h, inRow, say, stacked } from "../core/dom.js";
+import { toJob } from "../core/router.js";
 import { attempt, button, number } from "./fields.js";
-import { freshKey } from "./order_form.js";
-/** @import {Result} from "../core/answers.js"
+/** @import {Described, Result} from "../core/answers.js"
  *  @import {Stage} from "./stage.js" */
 
-// Options that a result is made again with.
-const REPEATED = [
-  "samples",
-  "seed",
-  "steps",
-  "height",
-  "contact",
-  "segment",
-  "floor",
-  "up",
-  "format",
-  "stitch",
-  "closure",
-  "force",
-];
-
 /** Buttons under the stage of a result that can be made again from its recording; else nothing.
- *  @param {Result} item @param {Stage} stage */
-export function stood(item, stage) {
+ *  @param {Result} item @param {Stage} stage @param {Described[]} form of a run */
+export function stood(item, stage, form) {
   const { manifest } = item;
   const given = manifest.inputs.some(({ role }) => role === "contacts" || role === "body");
   const ours = manifest.options.configuration === "capture" && !manifest.options.weights;
   const able = item.session && !manifest.correction && !given && ours;
-  return able ? new Stood(item, stage).node : null;
+  return able ? new Stood(item, stage, form).node : null;
 }
 
 // Heights of the balls of a post that is as tall as a person.
@@ -45,8 +27,9 @@ class Stood {
   place = null;
   key = "";
 
-  /** @param {Result} item @param {Stage} stage */
-  constructor(item, stage) {
+  /** @param {Result} item @param {Stage} stage @param {Described[]} form */
+  constructor(item, stage, form) {
+    this.form = form;
     this.item = item;
     this.stage = stage;
     this.begin = button("They stood elsewhere", () => this.pick());
@@ -54,26 +37,10 @@ class Stood {
     this.stop = button("Leave it as it is", () => this.finish());
     this.typed = ["x", "y"].map((axis) => number(`Place, ${axis}`, { unit: "m", step: 0.01 }));
     for (const { input } of this.typed) input.addEventListener("input", () => this.typing());
-    this.tools = h(
-      "div",
-      { class: "stack" },
-      h(
-        "div",
-        { class: "grid" },
-        this.typed.map(({ node }) => node),
-      ),
-      h("div", { class: "row" }, this.make, this.stop),
-    );
+    this.tools = stacked(box("grid", this.typed.map(({ node }) => node)), inRow(this.make, this.stop));
     this.hint = h("p", { class: "hint", role: "status" });
     this.problem = h("div");
-    this.node = h(
-      "div",
-      { class: "stack" },
-      h("div", { class: "row" }, this.begin),
-      this.tools,
-      this.hint,
-      this.problem,
-    );
+    this.node = stacked(inRow(this.begin), this.tools, this.hint, this.problem);
     stage.canvas.addEventListener("click", (event) => this.clicked(event));
     stage.addEventListener("opened", () => this.reset());
     this.reset();
@@ -161,7 +128,7 @@ class Stood {
   send() {
     const { item } = this;
     const { manifest } = item;
-    const options = Object.fromEntries(REPEATED.map((key) => [key, manifest.options[key]]));
+    const options = Object.fromEntries(this.form.map(({ name }) => [name, manifest.options[name]]));
     return attempt(this.make, this.problem, async () => {
       const json = {
         kind: "run",
@@ -172,8 +139,7 @@ class Stood {
         mount: item.mount ?? (manifest.options.animated ? null : "identity"),
         options: { ...options, stood: this.place, video: Boolean(item.video) },
       };
-      const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": this.key } });
-      go(`#/jobs/${job.id}`);
+      await toJob(json, this.key, {});
     });
   }
 }

@@ -1,5 +1,5 @@
 // What went wrong, calmly: what, where, and how to fix it.
-import { h } from "../core/dom.js";
+import { goTo, h, inRow } from "../core/dom.js";
 /** @import {ApiError} from "../core/api.js"
  *  @import {Problem} from "../core/answers.js" */
 
@@ -12,7 +12,7 @@ export function trouble(error, ...buttons) {
     h("p", { class: "trouble-what" }, error.what),
     error.fix && h("p", {}, h("b", {}, "What to do: "), error.fix),
     error.where && h("p", { class: "trouble-where" }, error.where),
-    buttons.length > 0 && h("div", { class: "row" }, buttons),
+    buttons.length > 0 && inRow(buttons),
   );
 }
 
@@ -25,11 +25,6 @@ export function troublePage(error) {
     { class: "narrow" },
     h("h1", {}, gone ? "This is not here" : "This cannot be shown"),
     trouble(gone ? { what: error.what, fix } : error),
-    h(
-      "div",
-      { class: "row" },
-      h("a", { class: "button", href: "#/" }, "To the start"),
-      h("a", { class: "button quiet", href: "#/library" }, "To the library"),
-    ),
+    inRow(goTo("#/", "To the start"), h("a", { class: "button quiet", href: "#/library" }, "To the library")),
   );
 }

@@ -37,12 +37,7 @@ export function verdictOf(shelf, item) {
 
 /** The mark and the words. @param {Verdict} verdict */
 export function badge({ kind, words }) {
-  return h(
-    "span",
-    { class: `badge ${kind}` },
-    h("span", { "aria-hidden": "true" }, `${MARKS[kind]} `),
-    words,
-  );
+  return h("span", { class: `badge ${kind}` }, h("span", { "aria-hidden": "true" }, `${MARKS[kind]} `), words);
 }
 
 /** @param {Thing} item @returns {Verdict} */

@@ -1,47 +1,25 @@
 // Videos of a motion: seen from elsewhere, or in a film of the take.
-import { ApiError, api } from "../core/api.js";
-import { h, say } from "../core/dom.js";
-import { address, go } from "../core/router.js";
+import { freshKey, missing } from "../core/api.js";
+import { folded, h, inRow, say, stacked } from "../core/dom.js";
+import { toJob } from "../core/router.js";
 import { boardField, boardPlace } from "../calibrate/board.js";
 import { cameraFields } from "../calibrate/camera.js";
 import { brought } from "./brought.js";
-import { attempt, choice, number, tick } from "./fields.js";
-import { freshKey } from "./order_form.js";
-/** @import {Guide, Item, Result, Session} from "../core/answers.js"
+import { choice, describedFields, grid, saidIn, sends } from "./fields.js";
+/** @import {Choices, Guide, Item, Result, Session} from "../core/answers.js"
  *  @import {Stage} from "./stage.js" */
 
 /** `sample()`: which one is drawn, from 1.
- *  @typedef {{guide: Guide, videos: Item[], sessions: Session[], sample: () => number,
+ *  @typedef {{choices: Choices, guide: Guide, videos: Item[], sessions: Session[], sample: () => number,
  *    stage: Stage, signal: AbortSignal}} Context */
 
-const VIEWS = {
-  third: "from the side",
-  orbit: "all around",
-  follow: "from behind, walking along",
-  top: "from above, as a map",
-  object: "from the object",
-  hands: "close to the hands",
-};
 const FEW = 0.1; // part of the time in which a film has to show the person
-const THINGS = [
-  ["outline", "its outline"],
-  ["drawn", "the object itself"],
-  ["hidden", "nothing of it"],
-];
 
-/** A video from a camera of its own. @param {Result} item @param {() => number} sample from 1 */
-export function renderForm(item, sample) {
-  const view = choice("Seen", Object.entries(VIEWS));
-  return orderForm(
-    "Draw the video",
-    () => ({
-      kind: "render",
-      result: item.id,
-      view: view.read(),
-      sample: sample(),
-    }),
-    [view.node],
-  );
+/** A video from a camera of its own. @param {Result} item @param {Context} context */
+export function renderForm(item, { choices, sample }) {
+  const fields = describedFields(choices.forms.render);
+  const read = () => ({ kind: "render", result: item.id, sample: sample(), ...saidIn(fields) });
+  return orderForm("Draw the video", read, [grid(fields)]);
 }
 
 /** The person in a film of the take: the phone's own, or that of a camera that watched.
@@ -62,38 +40,28 @@ export function overlayForm(item, context) {
     chosen = true;
     show();
   });
-  context.stage.addEventListener("opened", () => {
+  const seen = () => {
     const share = context.stage.viewer?.header(0)?.filmed[context.sample() - 1] ?? 1;
     say(unseen, share < FEW ? nobody(share) : "");
     // What shows the person is chosen, until somebody chooses.
     if (!chosen) film.input.value = share < FEW || !item.session ? "other" : "own";
     show();
-  });
-  show();
-  const thing = choice("Draw of the object", THINGS, { hint: "It hides what is behind it." });
-  const opacity = number("How solid the person is", { value: 100, min: 5, max: 100, unit: "%" });
-  const wipe = tick("A line that goes to and fro between before and after");
-  const offset = number("Add to the film's time to get the motion's", {
-    unit: "s",
-
-    hint: "Empty: it is found.",
-  });
+  };
+  context.stage.addEventListener("opened", seen);
+  seen();
+  const fields = describedFields(context.choices.forms.overlay);
   const read = () => ({
     kind: "overlay",
     result: item.id,
     sample: context.sample(),
-    thing: thing.read(),
-    opacity: (opacity.read() ?? 100) / 100,
-    wipe: wipe.read(),
-    offset: offset.read(),
+    ...saidIn(fields),
     ...(film.read() === "other" ? other.read() : {}),
   });
-  const options = h("div", { class: "grid" }, thing.node, opacity.node, offset.node, wipe.node);
   return orderForm("Draw into the film", read, [
     film.node,
     unseen,
     other.node,
-    h("details", {}, h("summary", {}, "How it looks, and when"), options),
+    folded("How it looks, and when", grid(fields)),
   ]);
 }
 
@@ -126,13 +94,8 @@ function otherFilm(item, { guide, videos, sessions, signal }) {
   const board = boardField(guide.boards, { print: false });
   const where = boardPlace(signal);
   const camera = cameraFields({ pose: true });
-  const known = h(
-    "details",
-    {},
-    h("summary", {}, "I know where the board is on the object"),
-    where.node,
-  );
-  const numbers = h("details", {}, h("summary", {}, "The camera's numbers"), camera.node);
+  const known = folded("I know where the board is on the object", where.node);
+  const numbers = folded("The camera's numbers", camera.node);
   known.addEventListener("toggle", () => known.open && where.show(item.object ?? null));
   const show = () => {
     const by = place.read();
@@ -145,11 +108,7 @@ function otherFilm(item, { guide, videos, sessions, signal }) {
   show();
   const read = () => {
     if (!film.read()) {
-      throw new ApiError(0, {
-        code: "missing",
-        what: "The film is still missing.",
-        fix: "Choose or drop it above.",
-      });
+      throw missing("The film is still missing.");
     }
     const by = place.read();
     const boarded = ["object", "room"].includes(by);
@@ -164,10 +123,7 @@ function otherFilm(item, { guide, videos, sessions, signal }) {
       shared_world: by === "shared",
     };
   };
-  return {
-    node: h("div", { class: "stack" }, film.node, place.node, board.node, known, numbers),
-    read,
-  };
+  return { node: stacked(film.node, place.node, board.node, known, numbers), read };
 }
 
 /** A form that orders a job and goes to it.
@@ -176,23 +132,6 @@ function orderForm(words, read, fields) {
   const problem = h("div");
   const button = h("button", { type: "submit" }, words);
   const key = freshKey();
-  const submit = async () => {
-    const job = await api("/api/jobs", { json: read(), headers: { "Idempotency-Key": key } });
-    go(address(`/jobs/${job.id}`, { from: location.hash }));
-  };
-  return h(
-    "form",
-    {
-      class: "stack",
-      on: {
-        submit: (event) => {
-          event.preventDefault();
-          attempt(button, problem, submit);
-        },
-      },
-    },
-    fields,
-    h("div", { class: "row" }, button),
-    problem,
-  );
+  const submit = () => toJob(read(), key);
+  return h("form", { class: "stack", ...sends(button, problem, submit) }, fields, inRow(button), problem);
 }

@@ -42,23 +42,15 @@ const PLACES = {
     at: (id) => `#/sessions/${id}`,
     words: "This is a recording, so it was taken as one. Its object and mount are chosen here.",
   },
-  object: {
-    at: (id) => `#/objects/${id}`,
-    words: "This is a mesh, so it was taken as an object.",
-  },
-  mount: {
-    at: (id) => `#/mounts/${id}`,
-    words: "This is a mount, so it was taken as one.",
-  },
+  object: { at: (id) => `#/objects/${id}`, words: "This is a mesh, so it was taken as an object." },
+  mount: { at: (id) => `#/mounts/${id}`, words: "This is a mount, so it was taken as one." },
   video: {
     at: (id, back) => address("/scan", { source: id, back }),
-    words:
-      "A film is no recording: it does not say where the phone was. The object can be made from it here.",
+    words: "A film is no recording: it does not say where the phone was. The object can be made from it here.",
   },
   material: {
     at: (id, back) => address("/scan", { source: id, back }),
-    words:
-      "Photos are no recording: they do not say where the phone was. The object can be made from them here.",
+    words: "Photos are no recording: they do not say where the phone was. The object can be made from them here.",
   },
 };
 

@@ -1,5 +1,5 @@
 // A place where files are dropped, or chosen by buttons.
-import { h } from "../core/dom.js";
+import { box, h, hintLine } from "../core/dom.js";
 import { fromDrop, fromField } from "./gather.js";
 /** @import {Root} from "./gather.js" */
 
@@ -22,10 +22,9 @@ export function dropArea({ title, text, took, folder = true, accept = "", small 
     "div",
     { class: small ? "drop small" : "drop" },
     h("p", { class: "drop-title" }, title),
-    text && h("p", { class: "hint" }, text),
-    h(
-      "div",
-      { class: "row centre" },
+    text && hintLine(text),
+    box(
+      "row centre",
       folder &&
         h(
           "button",

@@ -4,6 +4,7 @@ const JUNK = /(^|\/)(\.DS_Store|Thumbs\.db|desktop\.ini|__MACOSX(\/.*)?|\._[^/]*
 const MESH = /\.(obj|ply|stl|glb|gltf|usd[acz]?)$/i;
 const BESIDE = /\.(mtl|png|jpe?g|bin)$/i;
 const MOUNT = /mount[^/]*\.json$/i;
+const PLAIN = /^(session|recording|take|data)$/i;
 const FILM = /\.(mp4|mov|m4v)$/i;
 const PHOTO = /\.(jpe?g|png|heic|heif|webp|tiff?|dng)$/i;
 
@@ -78,7 +79,9 @@ function parted(one) {
     if (rest.length) folders.set(folder, [...(folders.get(folder) ?? []), { path: rest.join("/"), file }]);
   }
   if (folders.size > 1) return [one];
-  const inner = [...folders].map(([name, files]) => ({ name, folder: true, files }));
+  // What a folder that says nothing is in is its name.
+  const named = (/** @type {string} */ name) => (PLAIN.test(name) ? one.name : name);
+  const inner = [...folders].map(([name, files]) => ({ name: named(name), folder: true, files }));
   return [...inner, ...beside.map(({ path, file }) => ({ name: path, folder: false, files: [{ path, file }] }))];
 }
 

@@ -1,41 +1,25 @@
 // An upload as it is seen: how far, how long still, pause, cancel, and what went wrong.
 import { inWords } from "../core/api.js";
-import { h, put, say } from "../core/dom.js";
-import { announce } from "../core/live.js";
+import { action, announce, h, inRow, put, say } from "../core/dom.js";
 import { count, size, span } from "../core/words.js";
 import { attempt } from "../parts/fields.js";
 import { trouble } from "../parts/trouble.js";
 /** @import {Upload} from "./send.js" */
 
 /** @type {Record<string, string>} */
-const KIND = {
-  session: "Recording",
-  object: "Object",
-  mount: "Mount",
-  video: "Film",
-  material: "Files",
-};
+const KIND = { session: "Recording", object: "Object", mount: "Mount", video: "Film", material: "Files" };
 /** @type {[string, number][]} */
-const UNITS = [
-  ["metres", 1],
-  ["centimetres", 0.01],
-  ["millimetres", 0.001],
-  ["inches", 0.0254],
-];
+const UNITS = [["metres", 1], ["centimetres", 0.01], ["millimetres", 0.001], ["inches", 0.0254]];
 
 /** A card for an Upload; it goes on living while the upload does. `gone` is called when cancelled.
  *  @param {Upload} upload */
 export function uploadPanel(upload, gone = () => {}) {
-  const bar = h("progress", {
-    max: 1000,
-    value: 0,
-    "aria-label": `Upload of ${upload.order.name}`,
-  });
+  const bar = h("progress", { max: 1000, value: 0, "aria-label": `Upload of ${upload.order.name}` });
   const line = h("p", { class: "hint figures" });
   const problem = h("div");
   const pause = h("button", { type: "button", class: "quiet" });
   const cancel = h("button", { type: "button", class: "quiet" }, "Cancel");
-  const buttons = h("div", { class: "row" }, pause, cancel);
+  const buttons = inRow(pause, cancel);
   const node = h(
     "section",
     { class: "card upload", "aria-label": `Upload: ${upload.order.name}` },
@@ -56,10 +40,7 @@ export function uploadPanel(upload, gone = () => {}) {
   const show = () => {
     bar.value = 1000 * (upload.size ? upload.received / upload.size : 1);
     say(line, words(upload));
-    say(
-      pause,
-      upload.state === "failed" ? "Try again" : upload.state === "paused" ? "Go on" : "Pause",
-    );
+    say(pause, upload.state === "failed" ? "Try again" : upload.state === "paused" ? "Go on" : "Pause");
     buttons.hidden = ["finishing", "done"].includes(upload.state);
     told(upload, problem);
   };
@@ -73,10 +54,7 @@ function words(upload) {
   const { state, received, size: whole } = upload;
   const far = `${size(received)} of ${size(whole)}`;
   const left = upload.secondsLeft;
-  const time =
-    left !== null && left < 1e6
-      ? ` · ${size(upload.rate)}/s · about ${span(Math.max(left, 1))} left`
-      : "";
+  const time = left !== null && left < 1e6 ? ` · ${size(upload.rate)}/s · about ${span(Math.max(left, 1))} left` : "";
   return {
     starting: `${count(upload.order.files.length, "file")}, ${size(whole)}`,
     sending: `${far}${time}`,
@@ -102,9 +80,7 @@ function told(upload, problem) {
 /** A mesh in another unit than metres: one click says which. @param {Upload} upload */
 function unitButtons(upload) {
   if (upload.error?.code !== "mesh-units") return [];
-  return UNITS.slice(1).map(([unit, scale]) =>
-    h("button", { type: "button", on: { click: () => again(upload, scale) } }, `It is in ${unit}`),
-  );
+  return UNITS.slice(1).map(([unit, scale]) => action("", () => again(upload, scale), `It is in ${unit}`));
 }
 
 /** @param {Upload} upload @param {number} scale */

@@ -1,5 +1,5 @@
 // A resumable upload: chunks by offset, pause, growing waits when the line is lost.
-import { ApiError, api, inWords } from "../core/api.js";
+import { api, ApiError, inWords } from "../core/api.js";
 import { rest } from "../core/poll.js";
 /** @import {Announced, Arrived, Unfinished} from "../core/answers.js"
  *  @import {Order} from "./gather.js" */
@@ -114,9 +114,7 @@ export class Upload extends EventTarget {
     const listed = files.map(({ path, file }) => ({ path, size: file.size }));
     // A pause does not stop this: what the server has begun it must be told to throw away.
     /** @type {Announced} */
-    const made = await this.again(() =>
-      api("/api/uploads", { json: { kind, name, files: listed } }),
-    );
+    const made = await this.again(() => api("/api/uploads", { json: { kind, name, files: listed } }));
     this.id = made.id;
     running.set(this.id, this);
     return made;
@@ -142,15 +140,12 @@ export class Upload extends EventTarget {
     const part = seat.file.slice(offset, offset + this.chunk);
     const began = performance.now();
     try {
-      const { received } = await api(
-        `/api/uploads/${this.id}/files/${seat.index}?offset=${offset}`,
-        {
-          method: "PUT",
-          body: part,
-          headers: { "Content-Type": "application/octet-stream" },
-          signal: this.stop.signal,
-        },
-      );
+      const { received } = await api(`/api/uploads/${this.id}/files/${seat.index}?offset=${offset}`, {
+        method: "PUT",
+        body: part,
+        headers: { "Content-Type": "application/octet-stream" },
+        signal: this.stop.signal,
+      });
       seat.received = received;
       this.fit(part.size, performance.now() - began);
     } catch (error) {

@@ -1,10 +1,10 @@
 // Find where the phone sits on the object: which way, and the form of that way.
 import { api } from "../core/api.js";
-import { h, put } from "../core/dom.js";
+import { box, h, put, stacked } from "../core/dom.js";
 import { address } from "../core/router.js";
 import * as recorded from "../calibrate/ways.js";
 import { drawingForm } from "../parts/mount_drawing.js";
-import { identityForm } from "../parts/mount_identity.js";
+import { identityForm } from "../parts/mount_form.js";
 import { pointsForm } from "../parts/mount_points.js";
 /** @import {Context} from "../calibrate/recorded.js"
  *  @import {Visit} from "../core/router.js" */
@@ -37,11 +37,7 @@ const RECORDED = {
     "The object was made from a film of it, and stands there still: two seconds at rest.",
     recorded.scan,
   ],
-  tracker: [
-    "Motion capture, or a tracker on the object",
-    "It follows the same motion as the phone.",
-    recorded.tracker,
-  ],
+  tracker: ["Motion capture, or a tracker on the object", "It follows the same motion as the phone.", recorded.tracker],
   floor: [
     "Make a mount surer by the floor",
     "From any recording in which the object stands on the floor.",
@@ -52,8 +48,7 @@ const RECORDED = {
 const BY_HAND = {
   points: [
     "Click points on the object",
-    "You have the mesh and can see where the phone's corners were. Notices " +
-      "mistakes from the fourth point on.",
+    "You have the mesh and can see where the phone's corners were. Notices " + "mistakes from the fourth point on.",
     pointsForm,
   ],
   drawing: [
@@ -75,20 +70,15 @@ export async function calibrate({ query, signal }) {
   const [choices, objects, sessions, videos, materials, mounts, guide] = await Promise.all(
     BROUGHT.map((what) => api(`/api/${what}`, { signal })),
   );
-  const page = h("div", { class: "stack" });
-  const ways = h("div", { class: "stack" });
-  const node = h(
-    "div",
-    { class: "stack wide" },
+  const page = box("stack");
+  const ways = box("stack");
+  const node = box(
+    "stack wide",
     h(
       "header",
       {},
       h("h1", {}, "Where does the phone sit on the object?"),
-      h(
-        "p",
-        { class: "lead" },
-        "All that is made hangs on this. Do it once for each time you clamp the phone.",
-      ),
+      h("p", { class: "lead" }, "All that is made hangs on this. Do it once for each time you clamp the phone."),
     ),
     ways,
     page,
@@ -124,9 +114,7 @@ function drawWays(place, current, query) {
       "details",
       { open: current !== null && !(current in RECOMMENDED) },
       h("summary", {}, "Other ways"),
-      h(
-        "div",
-        { class: "stack" },
+      stacked(
         group("Record something else", RECORDED, current, query),
         group("Without a recording", BY_HAND, current, query),
       ),
@@ -153,12 +141,7 @@ function group(legend, ways, current, query) {
         checked: way === current,
         on: { change: () => (location.hash = address("/calibrate", { ...kept, way })) },
       });
-      return h(
-        "label",
-        { class: "pick" },
-        input,
-        h("span", {}, h("b", {}, title), h("span", { class: "hint" }, text)),
-      );
+      return h("label", { class: "pick" }, input, h("span", {}, h("b", {}, title), h("span", { class: "hint" }, text)));
     }),
   );
 }

@@ -1,7 +1,7 @@
 // Motions beside each other, on one clock.
-import { api } from "../core/api.js";
-import { h, put } from "../core/dom.js";
-import { address, go } from "../core/router.js";
+import { api, freshKey } from "../core/api.js";
+import { box, h, inRow, part, put, stacked } from "../core/dom.js";
+import { address, go, toJob } from "../core/router.js";
 import { span } from "../core/words.js";
 import { doing } from "../parts/fields.js";
 import { Stage } from "../parts/stage.js";
@@ -44,34 +44,22 @@ class Comparison {
     this.stage.addEventListener("opened", () => this.arrange());
     this.picks = h("fieldset", { class: "picks" });
     this.hint = h("p", { class: "hint", role: "status" });
-    this.numbers = h("div", {
-      class: "scroll",
-      tabindex: "0",
-      role: "region",
-      "aria-label": "Numbers",
-    });
+    this.numbers = h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Numbers" });
     this.problem = h("div");
     this.over = h("input", { type: "checkbox", on: { change: () => this.arrange() } });
-    this.on = h(
-      "div",
-      { class: "stack" },
+    this.on = stacked(
       this.stage.node,
       h("label", { class: "tick" }, this.over, h("span", {}, "On top of each other")),
       this.numbers,
-      h(
-        "div",
-        { class: "row" },
-        doing("Make a video of this", () => this.film(), { place: this.problem }),
-      ),
+      inRow(doing("Make a video of this", () => this.film(), { place: this.problem })),
       this.problem,
     );
-    this.node = h(
-      "div",
-      { class: "stack wide" },
+    this.node = box(
+      "stack wide",
       h("h1", {}, "Compare motions"),
       this.hint,
       this.on,
-      h("section", {}, h("h2", {}, "Which motions"), this.picks),
+      part("Which motions", this.picks),
     );
   }
 
@@ -82,18 +70,9 @@ class Comparison {
     this.drawPicks();
     const few = this.chosen.length < 2;
     this.on.hidden = few;
-    put(
-      this.hint,
-      this.results.length === 0
-        ? "There is no motion yet."
-        : few
-          ? "Choose two or more below."
-          : "",
-    );
+    put(this.hint, this.results.length === 0 ? "There is no motion yet." : few ? "Choose two or more below." : "");
     if (few) return;
-    this.stage.open(
-      this.chosen.map((id) => ({ url: `/api/results/${id}/scene`, name: this.named(id) })),
-    );
+    this.stage.open(this.chosen.map((id) => ({ url: `/api/results/${id}/scene`, name: this.named(id) })));
     this.drawNumbers();
   }
 
@@ -109,7 +88,7 @@ class Comparison {
 
   drawPicks() {
     if (this.boxes) {
-      for (const [id, box] of this.boxes) box.checked = this.chosen.includes(id);
+      for (const [id, tickBox] of this.boxes) tickBox.checked = this.chosen.includes(id);
       return;
     }
     const boxes = new Map();
@@ -118,19 +97,19 @@ class Comparison {
       this.picks,
       h("legend", { class: "unseen" }, "Motions"),
       this.results.map((one) => {
-        const box = h("input", {
+        const tickBox = h("input", {
           type: "checkbox",
           checked: this.chosen.includes(one.id),
-          on: { change: () => this.toggle(one.id, box.checked) },
+          on: { change: () => this.toggle(one.id, tickBox.checked) },
         });
-        boxes.set(one.id, box);
+        boxes.set(one.id, tickBox);
         const line = [one.object_name, one.seconds && span(one.seconds), one.parent && "corrected"]
           .filter(Boolean)
           .join(" · ");
         return h(
           "label",
           { class: "pick" },
-          box,
+          tickBox,
           h("span", {}, h("b", {}, one.name), h("span", { class: "hint" }, line)),
         );
       }),
@@ -144,16 +123,13 @@ class Comparison {
     go(address("/compare", { results: next.join(",") }));
   }
 
-  async film() {
-    const job = await api("/api/jobs", { json: { kind: "compare", results: this.chosen } });
-    go(address(`/jobs/${job.id}`, { from: location.hash }));
+  film() {
+    return toJob({ kind: "compare", results: this.chosen }, freshKey());
   }
 
   async drawNumbers() {
     /** @type {Result[]} */
-    const all = await Promise.all(
-      this.chosen.map((id) => api(`/api/results/${id}`, { signal: this.signal })),
-    );
+    const all = await Promise.all(this.chosen.map((id) => api(`/api/results/${id}`, { signal: this.signal })));
     /** @param {typeof SCORES[number]} score */
     const row = ([key, words, show]) =>
       h(
@@ -174,9 +150,7 @@ class Comparison {
             "tr",
             {},
             h("td", {}),
-            all.map((one) =>
-              h("th", { scope: "col" }, h("a", { href: `#/results/${one.id}` }, one.name)),
-            ),
+            all.map((one) => h("th", { scope: "col" }, h("a", { href: `#/results/${one.id}` }, one.name))),
           ),
         ),
         h("tbody", {}, SCORES.map(row)),

@@ -1,7 +1,6 @@
 // A job: what it is doing, how long still, cancel; it may be left and come back to.
 import { api, inWords } from "../core/api.js";
-import { h, put, say } from "../core/dom.js";
-import { announce } from "../core/live.js";
+import { announce, box, folded, goTo, h, hintLine, inRow, put, say } from "../core/dom.js";
 import { poll } from "../core/poll.js";
 import { address, go } from "../core/router.js";
 import { KINDS, STATES, ended, span } from "../core/words.js";
@@ -40,7 +39,7 @@ class JobPage {
     this.bar = h("progress", { max: 1, value: 0, "aria-label": "Progress of the whole job" });
     this.line = h("p", { class: "hint figures" });
     this.stages = h("div");
-    this.outcome = h("div", { class: "stack" });
+    this.outcome = box("stack");
     this.log = h("ul", { class: "log" });
     this.problem = h("div");
     this.cancel = doing("Cancel", () => api(`${this.path}/cancel`, { method: "POST" }), {
@@ -52,30 +51,12 @@ class JobPage {
       h(
         "header",
         { class: "head" },
-        h(
-          "div",
-          {},
-          h("h1", {}, record.name || KINDS[record.kind]),
-          h("p", { class: "hint" }, KINDS[record.kind]),
-        ),
+        h("div", {}, h("h1", {}, record.name || KINDS[record.kind]), hintLine(KINDS[record.kind])),
       ),
-      h(
-        "div",
-        { class: "card stack" },
-        this.state,
-        this.bar,
-        this.line,
-        this.stages,
-        h("div", { class: "row" }, this.cancel),
-        this.problem,
-      ),
+      box("card stack", this.state, this.bar, this.line, this.stages, inRow(this.cancel), this.problem),
       this.outcome,
-      h("details", {}, h("summary", {}, "What it says"), this.log),
-      h(
-        "p",
-        { class: "hint" },
-        "You can leave this page, or close it: the work goes on, and the address brings you back.",
-      ),
+      folded("What it says", this.log),
+      hintLine("You can leave this page, or close it: the work goes on, and the address brings you back."),
     );
   }
 
@@ -134,12 +115,9 @@ class JobPage {
   waysOn() {
     const problem = h("div");
     return [
-      h(
-        "div",
-        { class: "row" },
+      inRow(
         doing("Begin again", () => this.again(), { place: problem }),
-        this.from?.startsWith("#/") &&
-          h("a", { class: "button", href: this.from }, backWords(this.from)),
+        this.from?.startsWith("#/") && goTo(this.from, backWords(this.from)),
       ),
       problem,
     ];
@@ -148,11 +126,7 @@ class JobPage {
   /** @param {Job} record */
   done(record) {
     if (record.made)
-      return h(
-        "a",
-        { class: "button main large", href: this.made(record.made) },
-        MADE[record.made.split("/")[0]],
-      );
+      return h("a", { class: "button main large", href: this.made(record.made) }, MADE[record.made.split("/")[0]]);
     const files = record.files ?? [];
     return [
       files.map(shown),
@@ -178,9 +152,7 @@ function timeWords(record) {
   if (record.state !== "running") return span(seconds);
   const left = record.fraction > 0.1 ? (seconds * (1 - record.fraction)) / record.fraction : null;
   const percent = `${Math.round(100 * record.fraction)} %`;
-  return [percent, span(seconds), left !== null && `about ${span(Math.max(1, left))} left`]
-    .filter(Boolean)
-    .join(" · ");
+  return [percent, span(seconds), left !== null && `about ${span(Math.max(1, left))} left`].filter(Boolean).join(" · ");
 }
 
 /** @param {string} from */
@@ -191,8 +163,7 @@ function backWords(from) {
 
 /** What a browser shows by itself. @param {Made} file */
 function shown(file) {
-  if (file.name.endsWith(".mp4"))
-    return h("video", { controls: true, preload: "auto", src: file.href, class: "film" });
+  if (file.name.endsWith(".mp4")) return h("video", { controls: true, preload: "auto", src: file.href, class: "film" });
   if (!/\.(png|webp|gif)$/.test(file.name)) return null;
   return h("img", { src: file.href, alt: "What was made", class: "film" });
 }

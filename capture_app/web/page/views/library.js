@@ -1,6 +1,6 @@
 // Everything that lies in the library: searched by name, and filtered by how good it is.
 import { api } from "../core/api.js";
-import { h, put, say } from "../core/dom.js";
+import { box, folded, h, hintLine, part, put, say, stacked } from "../core/dom.js";
 import { store, stored } from "../core/stored.js";
 import { count, size } from "../core/words.js";
 import { itemRow, jobRow, resultCard } from "../parts/cards.js";
@@ -11,12 +11,7 @@ import { verdictOf } from "../parts/verdicts.js";
  *  @import {Any} from "../parts/verdicts.js" */
 
 /** @type {[Shelf, string][]} */
-const PARTS = [
-  ["results", "Motions"],
-  ["sessions", "Recordings"],
-  ["objects", "Objects"],
-  ["mounts", "Mounts"],
-];
+const PARTS = [["results", "Motions"], ["sessions", "Recordings"], ["objects", "Objects"], ["mounts", "Mounts"]];
 const FILTERS = [
   ["", "all"],
   ["ok", "good"],
@@ -35,10 +30,9 @@ export async function library({ signal }) {
   const shelves = PARTS.map(([kind, words], at) => [kind, words, answers[at]]);
   const used = shelves.flatMap(([, , items]) => items).reduce((sum, one) => sum + one.size, 0);
   const room = `${size(used)} used, ${size(health.free_bytes)} free on this disk`;
-  const node = h(
-    "div",
-    { class: "stack wide" },
-    h("header", {}, h("h1", {}, "Library"), h("p", { class: "hint" }, room)),
+  const node = box(
+    "stack wide",
+    h("header", {}, h("h1", {}, "Library"), hintLine(room)),
     found(shelves),
     jobsPart(jobs),
   );
@@ -51,43 +45,34 @@ function found(shelves) {
   const search = h("input", { type: "search", value: String(kept.search ?? "") });
   const filter = choice("Show", FILTERS, { value: String(kept.filter ?? "") });
   const told = h("p", { class: "hint", role: "status" });
-  const list = h("div", { class: "stack" });
+  const list = box("stack");
   const show = () => {
     const word = search.value.trim().toLowerCase();
     const wanted = filter.read();
     store(sessionStorage, KEPT, { search: search.value, filter: wanted });
     const fits = shelves.map(([kind, , items]) =>
-      items.filter(
-        (one) =>
-          one.name.toLowerCase().includes(word) &&
-          (!wanted || verdictOf(kind, one).kind === wanted),
-      ),
+      items.filter((one) => one.name.toLowerCase().includes(word) && (!wanted || verdictOf(kind, one).kind === wanted)),
     );
     const total = fits.reduce((sum, some) => sum + some.length, 0);
     say(told, word || wanted ? `${count(total, "thing")} found.` : "");
-    put(
-      list,
-      shelves.map(([kind, words, all], at) => part(kind, words, all, fits[at])),
-    );
+    put(list, shelves.map(([kind, words, all], at) => shelf(kind, words, all, fits[at])));
   };
   search.addEventListener("input", show);
   filter.input.addEventListener("change", show);
   show();
-  const tools = h("div", { class: "grid" }, field("Search by name", search), filter.node);
-  return h("div", { class: "stack" }, h("search", {}, tools), told, list);
+  const tools = box("grid", field("Search by name", search), filter.node);
+  return stacked(h("search", {}, tools), told, list);
 }
 
 /** @param {Shelf} kind @param {string} words @param {Any[]} all @param {Any[]} some */
-function part(kind, words, all, some) {
+function shelf(kind, words, all, some) {
   if (all.length > 0 && some.length === 0) return null;
   const none = ["None yet. ", kind === "results" && h("a", { href: "#/" }, "Drop a recording")];
   const cards = some.map((one) => ("samples" in one ? resultCard(one) : itemRow(kind, one)));
-  return h(
-    "section",
-    {},
-    h("h2", {}, words),
+  return part(
+    words,
     all.length === 0
-      ? h("p", { class: "hint" }, none)
+      ? hintLine(none)
       : h(kind === "results" ? "div" : "ul", { class: kind === "results" ? "tiles" : "rows" }, cards),
   );
 }
@@ -95,10 +80,5 @@ function part(kind, words, all, some) {
 /** @param {Job[]} jobs */
 function jobsPart(jobs) {
   if (jobs.length === 0) return null;
-  return h(
-    "details",
-    {},
-    h("summary", {}, `Jobs (${jobs.length})`),
-    h("ul", { class: "rows" }, jobs.map(jobRow)),
-  );
+  return folded(`Jobs (${jobs.length})`, h("ul", { class: "rows" }, jobs.map(jobRow)));
 }

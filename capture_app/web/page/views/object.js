@@ -1,23 +1,16 @@
 // A stored object: to look at, its size, its unit.
 import { api } from "../core/api.js";
-import { h, put } from "../core/dom.js";
-import { itemHead } from "../core/library.js";
-import { announce } from "../core/live.js";
+import { announce, box, factList, folded, goTo, h, inRow, put, stacked } from "../core/dom.js";
+import { itemHead, useIt } from "../core/library.js";
 import { address } from "../core/router.js";
 import { sides } from "../core/words.js";
-import { useIt } from "../parts/use_it.js";
 import { checkList } from "../parts/checks.js";
 import { choice, doing } from "../parts/fields.js";
 import { Stage } from "../parts/stage.js";
 /** @import {Thing} from "../core/answers.js"
  *  @import {Visit} from "../core/router.js" */
 
-const UNITS = [
-  ["1", "metres"],
-  ["0.01", "centimetres"],
-  ["0.001", "millimetres"],
-  ["0.0254", "inches"],
-];
+const UNITS = [["1", "metres"], ["0.01", "centimetres"], ["0.001", "millimetres"], ["0.0254", "inches"]];
 
 /** `#/objects/ID?back=...` @param {Visit} visit */
 export async function object({ params, query, signal }) {
@@ -31,24 +24,16 @@ export async function object({ params, query, signal }) {
     stage.open([{ url: `${path}/scene`, name: item.name }]);
   };
   show();
-  const node = h(
-    "div",
-    { class: "stack wide" },
+  const node = box(
+    "stack wide",
     itemHead("objects", item, ""),
-    h(
-      "div",
-      { class: "split" },
+    box(
+      "split",
       stage.node,
-      h(
-        "div",
-        { class: "stack" },
+      stacked(
         facts,
         unit(item, path, show),
-        h(
-          "a",
-          { class: "button", href: address("/calibrate", { object: item.id }) },
-          "Find where the phone sits on it",
-        ),
+        goTo(address("/calibrate", { object: item.id }), "Find where the phone sits on it"),
         useIt("object", item, query.get("back")),
       ),
     ),
@@ -64,19 +49,7 @@ function told(item) {
     ["Triangles", item.faces.toLocaleString("en")],
     ["Corners", item.vertices.toLocaleString("en")],
   ];
-  return [
-    h(
-      "dl",
-      { class: "facts" },
-      facts.map(([key, value]) => h("div", {}, h("dt", {}, key), h("dd", {}, value))),
-    ),
-    item.warnings.length > 0 &&
-      h(
-        "div",
-        { class: "note" },
-        item.warnings.map((text) => h("p", {}, text)),
-      ),
-  ];
+  return [factList(facts), item.warnings.length > 0 && box("note", item.warnings.map((text) => h("p", {}, text)))];
 }
 
 /** How good the scan is that it was made by. @param {Thing} item @param {string} path */
@@ -98,17 +71,10 @@ function scanned(item, path) {
     "section",
     { class: "stack" },
     h("h2", {}, "The scan"),
-    h(
-      "div",
-      { class: `verdict ${item.scan.severity}` },
-      h("p", { class: "verdict-words" }, SCANS[item.scan.severity]),
-    ),
+    h("div", { class: `verdict ${item.scan.severity}` }, h("p", { class: "verdict-words" }, SCANS[item.scan.severity])),
     checkList(item.scan.checks),
     picture("views.png", "The mesh from four sides, in its colours and its shape alone"),
-    picture(
-      "outline.png",
-      "Its outline, and the box it was looked for in, on pictures of the film",
-    ),
+    picture("outline.png", "Its outline, and the box it was looked for in, on pictures of the film"),
     h(
       "p",
       {},
@@ -139,19 +105,11 @@ function unit(item, path, show) {
   const keep = doing(
     "Change the unit",
     async () => {
-      Object.assign(
-        item,
-        await api(path, { method: "PATCH", json: { scale: Number(units.read()) } }),
-      );
+      Object.assign(item, await api(path, { method: "PATCH", json: { scale: Number(units.read()) } }));
       show();
       announce(`The object is now ${sides(item.extents)}.`);
     },
     { place: problem },
   );
-  return h(
-    "details",
-    {},
-    h("summary", {}, "The size is wrong"),
-    h("div", { class: "stack" }, units.node, h("div", { class: "row" }, keep), problem),
-  );
+  return folded("The size is wrong", stacked(units.node, inRow(keep), problem));
 }

@@ -1,6 +1,6 @@
 // A motion: to look at, to correct, to use, to share.
 import { api, bytes, inWords } from "../core/api.js";
-import { h, put, say } from "../core/dom.js";
+import { action, box, card, factList, folded, goTo, h, hintLine, put, say } from "../core/dom.js";
 import { itemHead } from "../core/library.js";
 import { address } from "../core/router.js";
 import { count, size, span } from "../core/words.js";
@@ -11,15 +11,13 @@ import { resultVideo } from "../parts/result_video.js";
 import { samplePicker } from "../parts/samples.js";
 import { Stage } from "../parts/stage.js";
 import { stood } from "../parts/stood.js";
-import { overlayForm, renderForm } from "../parts/videos_form.js";
 import { sampleWords } from "/static/viewer/words.js";
 /** @import {Choices, Made, Motion, Result} from "../core/answers.js"
  *  @import {Visit} from "../core/router.js"
  *  @import {Context} from "../parts/videos_form.js" */
 
 const FPS = 30;
-const FAULTLESS =
-  "Every palm is where it should be, nothing is inside the object, and nobody is too fast.";
+const FAULTLESS = "Every palm is where it should be, nothing is inside the object, and nobody is too fast.";
 
 /** `#/results/ID` @param {Visit} visit */
 export async function result({ params, signal }) {
@@ -34,9 +32,7 @@ export async function result({ params, signal }) {
   /** @type {Result} */
   const item = await api(`/api/results/${params.id}`, { signal });
   const [choices, guide, videos, sessions, parent] = await Promise.all([
-    ...["choices", "calibration", "videos", "sessions"].map((what) =>
-      api(`/api/${what}`, { signal }),
-    ),
+    ...["choices", "calibration", "videos", "sessions"].map((what) => api(`/api/${what}`, { signal })),
     item.parent ? api(`/api/results/${item.parent}`, { signal }).catch(() => null) : null,
   ]);
   const stage = new Stage({ label: `The motion ${item.name} in 3D`, signal });
@@ -53,8 +49,7 @@ export async function result({ params, signal }) {
   const show = async (samples) => {
     if (samples.length === 1) [shown] = samples;
     shared.href = `/api/results/${item.id}/share.html?sample=${shown + 1}`;
-    const open = () =>
-      stage.open(samples.map((sample) => ({ url, pack, film, sample, name: sampleWords(sample) })));
+    const open = () => stage.open(samples.map((sample) => ({ url, pack, film, sample, name: sampleWords(sample) })));
     const now = (picked = samples);
     const rough = samples.map((k) => k + 1).filter((number) => unsolved.has(number));
     const told = `Of ${sampleWords(shown).toLowerCase()}.`;
@@ -74,25 +69,23 @@ export async function result({ params, signal }) {
     }
   };
   const sample = () => shown + 1;
-  const node = h(
-    "div",
-    { class: "stack wide" },
-    h(
-      "div",
-      { class: "first" },
+  const node = box(
+    "stack wide",
+    box(
+      "first",
       itemHead(
         "results",
         item,
         [line(item), origin(item, parent)],
-        h("a", { class: "button", href: address("/compare", { results: item.id }) }, "Compare"),
+        goTo(address("/compare", { results: item.id }), "Compare"),
       ),
       stage.node,
-      contactEditor(item, stage),
+      contactEditor(item, stage, choices.forms.resolve),
     ),
-    stood(item, stage),
-    h("div", { class: "grid" }, use(item, choices, which, { sample, signal }), share(shared), words(item, stage)),
+    stood(item, stage, choices.forms.run),
+    box("grid", use(item, choices, which, { sample, signal }), share(shared), words(item, stage)),
     resultVideo(item, signal),
-    moreVideos(item, { guide, videos, sessions, sample, stage, signal }),
+    moreVideos(item, { choices, guide, videos, sessions, sample, stage, signal }),
     making(item),
   );
   put(stage.side, samplePicker(item.samples, chosen, show, stage));
@@ -145,27 +138,19 @@ function use(item, choices, which, { sample, signal }) {
     const now = await api(`/api/results/${item.id}`);
     list([...now.files.filter(({ name }) => !name.endsWith(".mp4")), ...now.exports]);
   };
-  return h(
-    "section",
-    { class: "card stack" },
-    h("h2", {}, "Use it"),
+  return card(
+    "Use it",
     which,
     exportForm(item, choices, { sample, signal, made: refresh }),
-    h("details", {}, h("summary", {}, "All files"), files),
+    folded("All files", files),
   );
 }
 
 /** @param {HTMLAnchorElement} link */
 function share(link) {
-  return h(
-    "section",
-    { class: "card stack" },
-    h("h2", {}, "Share it"),
-    h(
-      "p",
-      { class: "hint" },
-      "One HTML file with the motion in 3D inside. It opens in any browser, without a network.",
-    ),
+  return card(
+    "Share it",
+    hintLine("One HTML file with the motion in 3D inside. It opens in any browser, without a network."),
     link,
   );
 }
@@ -174,13 +159,14 @@ function share(link) {
  *  @param {Result} item @param {Stage} stage */
 function words(item, stage) {
   const take = [...(item.findings ?? []), ...(item.notes ?? [])];
-  const sample = h("div", { class: "stack tight" });
-  stage.addEventListener("opened", () => put(sample, ofShown(item, stage)));
-  return h(
-    "section",
-    { class: "card stack" },
-    h("h2", {}, "Good to know"),
-    take.length ? h("ul", { class: "told" }, take.map((text) => h("li", {}, text))) : null,
+  const sample = box("stack tight");
+  const tell = () => put(sample, ofShown(item, stage));
+  for (const event of ["opened", "revised"]) stage.addEventListener(event, tell);
+  return card(
+    "Good to know",
+    take.length
+      ? h("ul", { class: "told" }, take.map((text) => h("li", {}, text)))
+      : null,
     sample,
   );
 }
@@ -197,17 +183,12 @@ function ofShown(item, stage) {
     return [
       item.samples > 1 ? h("h3", {}, sampleWords(sample)) : null,
       rough
-        ? h("p", { class: "hint" }, "How the hands and the body fit is known when it is finished.")
+        ? hintLine("How the hands and the body fit is known when it is finished.")
         : faults.length
           ? h("ul", { class: "told" }, faults.map((fault) => place(fault, stage)))
-          : h("p", { class: "hint" }, FAULTLESS),
+          : hintLine(FAULTLESS),
       grips.length && !rough
-        ? h(
-            "details",
-            {},
-            h("summary", {}, "How the hands hold"),
-            h("ul", {}, grips.map((grip) => place(grip, stage))),
-          )
+        ? folded("How the hands hold", h("ul", {}, grips.map((grip) => place(grip, stage))))
         : null,
     ];
   });
@@ -220,22 +201,25 @@ function place({ message, start }, stage) {
     stage.viewer?.pause();
     stage.viewer?.seek(start / FPS);
   };
-  return h("li", {}, h("button", { type: "button", class: "link", on: { click: go } }, message));
+  return h("li", {}, action("link", go, message));
 }
 
-/** @param {Result} item @param {Context} context */
+/** Forms that few people open are loaded when they are opened. @param {Result} item @param {Context} context */
 function moreVideos(item, context) {
+  /** @param {string} title @param {"renderForm" | "overlayForm"} form */
+  const later = (title, form) => {
+    const inside = h("div");
+    const node = folded(title, inside);
+    const load = async () => put(inside, (await import("../parts/videos_form.js"))[form](item, context));
+    node.addEventListener("toggle", load, { once: true });
+    return node;
+  };
   return h(
     "section",
     { class: "stack" },
     h("h2", {}, "More videos"),
-    h("details", {}, h("summary", {}, "Seen from elsewhere"), renderForm(item, context.sample)),
-    h(
-      "details",
-      {},
-      h("summary", {}, "The person in a film of the take"),
-      overlayForm(item, context),
-    ),
+    later("Seen from elsewhere", "renderForm"),
+    later("The person in a film of the take", "overlayForm"),
   );
 }
 
@@ -252,17 +236,5 @@ function making(item) {
     ["Size", size(item.size)],
     ["omocap", manifest.versions.omocap],
   ];
-  return h(
-    "details",
-    {},
-    h("summary", {}, "How it was made"),
-    h(
-      "dl",
-      { class: "facts" },
-      told.map(([key, value]) =>
-        h("div", {}, h("dt", {}, String(key)), h("dd", {}, String(value ?? "–"))),
-      ),
-    ),
-    h("p", { class: "hint" }, manifest.body.credit),
-  );
+  return folded("How it was made", factList(told), hintLine(manifest.body.credit));
 }

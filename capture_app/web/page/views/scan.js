@@ -1,14 +1,11 @@
 // An object made from a film of it: how to film, what with, what gives its size.
-import { ApiError, api } from "../core/api.js";
-import { h, put } from "../core/dom.js";
-import { address, go } from "../core/router.js";
+import { api, freshKey, missing } from "../core/api.js";
+import { box, folded, h, inRow, numbered, put, stacked } from "../core/dom.js";
+import { toJob } from "../core/router.js";
 import { boardField, todo } from "../calibrate/board.js";
 import { brought } from "../parts/brought.js";
-import { attempt, choice, number, tick } from "../parts/fields.js";
-import { numbered } from "../parts/numbered.js";
-import { freshKey } from "../parts/order_form.js";
-import { standsAt } from "../parts/pick_place.js";
-import { formatField } from "../parts/reading_fields.js";
+import { choice, describedFields, grid, number, saidIn, sends } from "../parts/fields.js";
+import { PointPicker } from "../parts/pick_points.js";
 /** @import {Boards, Choices, Guide, Item, Session} from "../core/answers.js"
  *  @import {Visit} from "../core/router.js" */
 
@@ -33,8 +30,7 @@ const TAKES = "This takes some minutes. It goes on when you leave the page, and 
 const SIZES = {
   session: "The phone's poses say how large it is. Nothing is needed here.",
   room: "The app measured the room in metres. A height is needed only if you know better.",
-  video:
-    "Pictures alone do not say how large it is: measure its height, or lay a printed board or marker beside it.",
+  video: "Pictures alone do not say how large it is: measure its height, or lay a printed board or marker beside it.",
 };
 
 /** @typedef {{sessions: Session[], videos: Item[], materials: Item[], guide: Guide, choices: Choices,
@@ -44,9 +40,7 @@ const SIZES = {
 /** `#/scan?source=ID&back=...` @param {Visit} visit */
 export async function scan({ query, signal }) {
   const [sessions, videos, materials, guide, choices] = await Promise.all(
-    ["sessions", "videos", "materials", "calibration", "choices"].map((what) =>
-      api(`/api/${what}`, { signal }),
-    ),
+    ["sessions", "videos", "materials", "calibration", "choices"].map((what) => api(`/api/${what}`, { signal })),
   );
   const page = new ScanPage({ sessions, videos, materials, guide, choices, signal }, query);
   return { title: "An object from a film", node: page.node };
@@ -62,22 +56,13 @@ class ScanPage {
     this.stood = standsAt(context.signal);
     this.kind = choice("Filmed with", Object.entries(WITH), { value: kindOf(this.sources) });
     this.kind.input.addEventListener("change", () => this.show());
-    this.place = h("div", { class: "stack" });
+    this.place = box("stack");
     this.fields = sizeFields(context.guide.boards);
-    this.more = moreFields(context.choices.formats);
+    this.more = describedFields(context.choices.forms.scan);
     this.name = h("input", { maxlength: 120, required: true, value: "" });
     this.problem = h("div");
     this.button = h("button", { type: "submit", class: "main large" }, "Make the object");
-    this.options = h(
-      "details",
-      {},
-      h("summary", {}, "More options"),
-      h(
-        "div",
-        { class: "grid" },
-        Object.values(this.more).map((one) => one.node),
-      ),
-    );
+    this.options = folded("More options", grid(this.more));
     this.takes = h("p", { class: "hint" });
     this.node = this.draw();
     this.show();
@@ -120,38 +105,23 @@ class ScanPage {
     this.name.addEventListener("input", () => (this.name.dataset.mine = "yes"));
     return h(
       "form",
-      {
-        class: "stack wide",
-        on: {
-          submit: (event) => {
-            event.preventDefault();
-            attempt(this.button, this.problem, () => this.send());
-          },
-          change: () => put(this.problem),
-        },
-      },
+      { class: "stack wide", ...sends(this.button, this.problem, () => this.send()) },
       h(
         "header",
         {},
         h("h1", {}, "Make the object from a film of it"),
-        h(
-          "p",
-          { class: "lead" },
-          "In metres, in its colours, cut out of the room. No other program is needed.",
-        ),
+        h("p", { class: "lead" }, "In metres, in its colours, cut out of the room. No other program is needed."),
       ),
       numbered(1, "Film it", todo(HOW)),
-      numbered(2, "The film", h("div", { class: "stack" }, this.kind.node, this.place)),
+      numbered(2, "The film", stacked(this.kind.node, this.place)),
       numbered(3, "Its size", this.fields.node),
       numbered(
         4,
         "The object",
-        h(
-          "div",
-          { class: "stack" },
+        stacked(
           h("label", { class: "field" }, h("span", {}, "Name of the object"), this.name),
           this.options,
-          h("div", { class: "row" }, this.button),
+          inRow(this.button),
           this.takes,
           this.problem,
         ),
@@ -162,24 +132,18 @@ class ScanPage {
   async send() {
     const source = this.source.read();
     if (!source) {
-      throw new ApiError(0, {
-        code: "missing",
-        what: "The film is still missing.",
-        fix: "Choose or bring it above.",
-      });
+      throw missing("The film is still missing.");
     }
-    const more = Object.entries(this.more).map(([key, one]) => [key, one.read()]);
-    const options = this.cuts ? this.stood.read() : Object.fromEntries(more);
+    /** @type {Record<string, unknown>} */
     const json = {
       kind: "scan",
       name: this.name.value.trim(),
       source,
       ...this.fields.read(),
-      ...options,
+      ...(this.cuts ? this.stood.read() : saidIn(this.more)),
     };
     if (this.more.format.node.hidden) json.format = null;
-    const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": this.key } });
-    go(address(`/jobs/${job.id}`, { from: location.hash, back: this.back }));
+    await toJob(json, this.key, { from: location.hash, back: this.back });
   }
 }
 
@@ -197,9 +161,7 @@ function sourcesOf({ sessions, videos, materials, signal }, current, changed) {
       "The folder your logger app wrote while you filmed the object, or a zip of it.",
       { folder: true },
     ),
-    video: one("video", videos, "Drop the video here", "MP4 or MOV.", {
-      accept: ".mp4,.mov,.m4v",
-    }),
+    video: one("video", videos, "Drop the video here", "MP4 or MOV.", { accept: ".mp4,.mov,.m4v" }),
     material: one(
       "material",
       materials,
@@ -226,61 +188,31 @@ function kindOf(sources) {
 /** @param {Boards} boards */
 function sizeFields(boards) {
   const words = h("p", { class: "hint" });
-  const height = number("Height of the object", {
-    unit: "m",
-    min: 0.01,
-    max: 10,
-  });
+  const height = number("Height of the object", { unit: "m", min: 0.01, max: 10 });
   const board = boardField(boards, { print: true, none: "no board beside it", markers: true });
-  const node = h(
-    "div",
-    { class: "stack" },
-    words,
-    h("div", { class: "grid" }, height.node, board.node),
-  );
+  const node = stacked(words, box("grid", height.node, board.node));
   return {
     node,
     hint: (/** @type {string} */ kind) => {
       board.node.hidden = kind === "room";
       put(words, SIZES[kind] ?? SIZES.video);
     },
-    read: () => ({
-      height: height.read(),
-      board: board.node.hidden ? null : board.read() || null,
-    }),
+    read: () => ({ height: height.read(), board: board.node.hidden ? null : board.read() || null }),
   };
 }
 
-/** @param {string[]} formats */
-function moreFields(formats) {
-  return {
-    format: formatField(formats),
-    method: choice("Measure the surface by", [
-      ["auto", "all there is"],
-      ["stereo", "pictures alone"],
-      ["depth", "the phone's LiDAR alone"],
-    ]),
-    symmetry: choice("Mirror symmetry", [
-      ["auto", "where the film does not go around"],
-      ["on", "wherever the object has it"],
-      ["off", "off: its halves differ"],
-    ]),
-    frames: number("Pictures to use", { value: 80, min: 12, max: 400, step: 1, required: true }),
-    vertices: number("Corners of the mesh", {
-      value: 10000,
-      min: 500,
-      max: 100000,
-      step: 500,
-      required: true,
-    }),
-    texture: tick("Paint a texture", {
-      checked: true,
-      hint: "Off: the mesh has colours at its corners alone.",
-    }),
-    draft: tick("A coarse draft", { checked: false, hint: "From few pictures, to try a take at once." }),
-    poses: tick("Use the phone's poses", {
-      checked: true,
-      hint: "Off: when they are wrong; then a size is needed.",
-    }),
-  };
+/** Where in a room the object stands, by a click. {node, picker, read()} @param {AbortSignal} signal */
+function standsAt(signal) {
+  const picker = new PointPicker({
+    names: ["The place"],
+    enough: 1,
+    label: "The place",
+    what: "room",
+    scene: (id) => `/api/rooms/${id}/scene`,
+    words: ({ left }) => (left > 0 ? "Click on the object." : "Good."),
+    signal,
+  });
+  const node = stacked(picker.stage.node, picker.status, picker.content);
+  const read = () => ({ method: "mesh", at: picker.points[0]?.at ?? null });
+  return { node, picker, read };
 }

@@ -1,13 +1,12 @@
 // A recording: its report and replay, the object, the mount, and the motion to be made.
 import { api, inWords } from "../core/api.js";
-import { h, put } from "../core/dom.js";
+import { box, factList, h, hintLine, numbered, part, put } from "../core/dom.js";
 import { itemHead } from "../core/library.js";
 import { address, go } from "../core/router.js";
 import { usualMount } from "../core/usual.js";
 import { capital, count, span } from "../core/words.js";
 import { drawnLater } from "../parts/cards.js";
 import { checkList, verdict } from "../parts/checks.js";
-import { numbered } from "../parts/numbered.js";
 import { pickMount } from "../parts/pick_mount.js";
 import { pickObject } from "../parts/pick_object.js";
 import { orderForm } from "../parts/order_form.js";
@@ -57,14 +56,13 @@ class Take {
     this.object = h("div");
     this.mount = h("div");
     this.order = orderForm(item, choices, () => this.chosen && this.look(this.chosen));
-    this.node = h(
-      "div",
-      { class: "stack wide" },
+    this.node = box(
+      "stack wide",
       itemHead("sessions", item, count(item.files, "file")),
       this.told,
       this.drawn,
       this.stage.node,
-      h("section", {}, h("h2", {}, "Checks"), this.checks),
+      part("Checks", this.checks),
       numbered(1, "The object", hint("The mesh of what the phone was clamped to."), this.object),
       numbered(2, "The mount", hint("Where the phone sat on the object."), this.mount),
       numbered(3, "The motion", this.order.node),
@@ -142,14 +140,7 @@ class Take {
     const signal = AbortSignal.any([this.signal, this.looking.signal]);
     // As high as the verdict before it: what is below stays where it is.
     this.told.style.minHeight = `${this.told.offsetHeight}px`;
-    put(
-      this.told,
-      h(
-        "div",
-        { class: "verdict quiet" },
-        h("p", { class: "verdict-words waiting" }, "Looking at the recording…"),
-      ),
-    );
+    put(this.told, box("verdict quiet", h("p", { class: "verdict-words waiting" }, "Looking at the recording…")));
     this.node.setAttribute("aria-busy", "true");
     this.order.judge(null);
     const ids = Object.entries(chosen).flatMap(([name, id]) => (id ? [[name, id]] : []));
@@ -164,9 +155,7 @@ class Take {
       this.order.judge(found);
       this.show(found, `${base}/report.html?${query}`);
       this.draw(found, `sessions/${this.item.id}/picture?${query}`);
-      await this.stage.open(
-        found.checks.length ? [{ url: `${base}/scene?${query}`, name: this.item.name }] : [],
-      );
+      await this.stage.open(found.checks.length ? [{ url: `${base}/scene?${query}`, name: this.item.name }] : []);
     } catch (error) {
       if (!signal.aborted) {
         put(this.told, trouble(inWords(error)));
@@ -194,7 +183,7 @@ class Take {
     put(
       this.checks,
       checkList(report.checks, (time) => this.stage.viewer?.seek(time)),
-      report.floor && h("p", { class: "hint" }, capital(report.floor)),
+      report.floor && hintLine(capital(report.floor)),
       report.checks.length > 0 &&
         h(
           "p",
@@ -212,7 +201,7 @@ class Take {
 
 /** @param {string} text */
 function hint(text) {
-  return h("p", { class: "hint" }, text);
+  return hintLine(text);
 }
 
 /** @param {Report} report */
@@ -225,12 +214,5 @@ function facts(report) {
     ["Usable stretches", of.stretches],
     ["Longest of them", of.longest && span(of.longest)],
   ].filter(([, value]) => value);
-  return (
-    told.length > 0 &&
-    h(
-      "dl",
-      { class: "facts" },
-      told.map(([key, value]) => h("div", {}, h("dt", {}, key), h("dd", {}, String(value)))),
-    )
-  );
+  return told.length > 0 && factList(told);
 }

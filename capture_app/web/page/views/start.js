@@ -1,6 +1,6 @@
 // The first page: what this is, where to drop a recording, and everything that was done before.
 import { api, inWords } from "../core/api.js";
-import { h, put } from "../core/dom.js";
+import { box, h, hintLine, inRow, part, put } from "../core/dom.js";
 import { poll } from "../core/poll.js";
 import { address, go } from "../core/router.js";
 import { usual } from "../core/usual.js";
@@ -26,21 +26,11 @@ export async function start({ signal }) {
   );
   const place = h("div", { class: "stack", id: "uploads" });
   const working = h("div");
-  put(
-    place,
-    [...running.values()].map((one) => uploadPanel(one)),
-    unfinished(uploads),
-  );
+  put(place, [...running.values()].map((one) => uploadPanel(one)), unfinished(uploads));
   showJobs(working, jobs);
-  poll(
-    async () => showJobs(working, await api("/api/jobs", { signal })),
-    2000,
-    signal,
-    () => {},
-  );
-  const node = h(
-    "div",
-    { class: "stack wide" },
+  poll(async () => showJobs(working, await api("/api/jobs", { signal })), 2000, signal, () => {});
+  const node = box(
+    "stack wide",
     hero(place),
     place,
     working,
@@ -74,9 +64,8 @@ function hero(place) {
     ),
     area,
     problem,
-    h(
-      "div",
-      { class: "row centre" },
+    box(
+      "row centre",
       doing("Try the example", example, { place: problem }),
       h("span", { class: "hint" }, "Everything stays on this computer."),
     ),
@@ -124,16 +113,12 @@ function unfinished(uploads) {
           value: upload.received,
           "aria-label": `Upload of ${upload.name}`,
         }),
-        h(
-          "p",
-          { class: "hint" },
+        hintLine(
           `${size(upload.received)} of ${size(upload.size)} arrived. Drop the same ` +
             `folder or files again to go on from there.`,
         ),
         problem,
-        h(
-          "div",
-          { class: "row" },
+        inRow(
           doing(
             "Throw it away",
             async () => {
@@ -153,19 +138,7 @@ function unfinished(uploads) {
 function showJobs(place, jobs) {
   const live = jobs.filter((job) => !ended(job));
   if (live.length === 0) return put(place) && false;
-  put(
-    place,
-    h(
-      "section",
-      {},
-      h("h2", {}, "Working now"),
-      h(
-        "ul",
-        { class: "rows" },
-        live.map((job) => jobRow(job)),
-      ),
-    ),
-  );
+  put(place, part("Working now", h("ul", { class: "rows" }, live.map((job) => jobRow(job)))));
   return false;
 }
 
@@ -175,8 +148,8 @@ function resultsPart(results) {
   return h(
     "section",
     {},
-    h("div", { class: "head" }, h("h2", {}, "Motions"), more(results)),
-    h("div", { class: "tiles" }, results.slice(0, SHOWN).map(resultCard)),
+    box("head", h("h2", {}, "Motions"), more(results)),
+    box("tiles", results.slice(0, SHOWN).map(resultCard)),
   );
 }
 
@@ -186,12 +159,8 @@ function sessionsPart(sessions) {
   return h(
     "section",
     {},
-    h("div", { class: "head" }, h("h2", {}, "Recordings"), more(sessions)),
-    h(
-      "ul",
-      { class: "rows" },
-      sessions.slice(0, SHOWN).map((one) => itemRow("sessions", one)),
-    ),
+    box("head", h("h2", {}, "Recordings"), more(sessions)),
+    h("ul", { class: "rows" }, sessions.slice(0, SHOWN).map((one) => itemRow("sessions", one))),
   );
 }
 
@@ -202,10 +171,7 @@ function more(list) {
 
 function steps() {
   const told = [
-    [
-      "Record",
-      "Clamp the phone, start an ARKit logger (Stray Scanner, Record3D and others), move the object.",
-    ],
+    ["Record", "Clamp the phone, start an ARKit logger (Stray Scanner, Record3D and others), move the object."],
     ["Drop", "You are told at once whether the recording is good, and what to do better if not."],
     ["Use", "Look at the motion in 3D, correct where hands hold, download it for your program."],
   ];
@@ -218,7 +184,7 @@ function steps() {
         { class: "card" },
         h("span", { class: "step-number", "aria-hidden": "true" }, String(at + 1)),
         h("h2", { class: "small" }, title),
-        h("p", { class: "hint" }, text),
+        hintLine(text),
       ),
     ),
   );
