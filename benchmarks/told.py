@@ -84,13 +84,11 @@ def conditioning(truth: Truth, say: str) -> Conditioning:
 def summary(rows: list[dict[str, float | str]]) -> Iterator[str]:
     """Yield what is printed of all."""
     yield f"{'said':24}{'':12} palms MPJPE T_root median >60 F1@8 hands side  back (people) head"
+    objects = dict.fromkeys(str(row["clip"]).split("_")[1] for row in rows)
     for say in dict.fromkeys(row["say"] for row in rows):
-        for half, objects in {"all": ("",), **HALVES}.items():
-            some = [
-                r for r in rows if r["say"] == say and any(o in str(r["clip"]) for o in objects)
-            ]
-            if not some:
-                continue
+        for name in ("all", *objects):
+            every = name == "all"
+            some = [r for r in rows if r["say"] == say and (every or name in str(r["clip"]))]
             mean = {key: np.mean([float(row[key]) for row in some]) for key in FIGURES}
             back = np.mean([float(row["real_backwards_share"]) for row in some])
             way = np.array([float(row["t_root_cm"]) for row in some])

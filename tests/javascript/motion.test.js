@@ -178,3 +178,13 @@ test("the middle of a stretch is the mean of its frames, cut at the ends", () =>
   near(body().centre(0.2, 0.1), [0, 0, 1.5]);
   near(phoneTake().centre(0.05, 0), [2, 0, 1]);
 });
+
+test("the middle of the first hold is found over a short pause, and near its beginning if it is long", () => {
+  const held = (segments) =>
+    new Motion(readPack(packed({ ...HEADER, contacts: [segments] }, {}))).heldAt() * HEADER.fps;
+  const one = { hand: 0, start: 30, stop: 90 };
+  assert.equal(held([]), 0);
+  assert.equal(Math.round(held([{ hand: 1, start: 300, stop: 400 }, one])), 60);
+  assert.equal(Math.round(held([one, { hand: 1, start: 120, stop: 150 }])), 90);
+  assert.equal(Math.round(held([{ ...one, stop: 3000 }])), 180);
+});

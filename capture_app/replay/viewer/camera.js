@@ -205,7 +205,7 @@ export function ray(view, x, y) {
 const middles = new WeakMap();
 
 /** @param {Pack} pack @param {Float32Array} T */
-function centreOfObject(pack, T) {
+export function centreOfObject(pack, T) {
   const known = middles.get(pack);
   if (known) return point(T, known);
   const found = middle(pack.array("object_vertices") ?? [0, 0, 0]);

@@ -4,6 +4,9 @@ import { between, mixed, point, pose } from "./vectors.js";
 /** @import {Moving, Pack} from "./pack.js" */
 
 const BROKEN = 2;
+// Frames: a pause that does not end a hold, and the time of one within which its middle is looked for.
+const PAUSE = 40;
+const LONGEST = 300;
 const PALMS = ["left_middle1", "right_middle1"];
 
 /** The frames before and after a moment, the one that is nearest, and the share of the later.
@@ -67,6 +70,16 @@ export class Motion {
 
   contacts() {
     return this.header.contacts[this.sample] ?? [];
+  }
+
+  /** The moment amid the first time in which a hand holds, seconds; a short pause does not end that time,
+   *  and of a long one the first seconds count, as in `middle_of_hold` of omomo_core. */
+  heldAt() {
+    const held = [...this.contacts()].sort((a, b) => a.start - b.start);
+    const start = held[0]?.start ?? 0;
+    let stop = held[0]?.stop ?? 0;
+    for (const one of held) if (one.start <= stop + PAUSE) stop = Math.max(stop, one.stop);
+    return Math.floor(start + Math.min(stop - start, LONGEST) / 2) / this.header.fps;
   }
 
   /** One value a frame of this sample, out of an array (samples, frames, width).

@@ -1,7 +1,7 @@
 // The viewer of scene packs: plays, shows and picks. docs/replay.md tells how a page uses it.
 
 import { Actor } from "./actor.js";
-import { Camera, ray } from "./camera.js";
+import { Camera, centreOfObject, ray } from "./camera.js";
 import { HANDS } from "./contact_edits.js";
 import { control } from "./controls.js";
 import { Motion } from "./motion.js";
@@ -223,6 +223,20 @@ export class Viewer extends EventTarget {
   /** The floor under a point of the picture; null above the horizon. @param {number} x @param {number} y */
   floor(x, y) {
     return onFloor(this.#ray(this.panes()[0], x, y));
+  }
+
+  /** The moment amid the first hold of a slot's sample, seconds. */
+  heldAt(slot = 0) {
+    return this.#actor(slot).motion.heldAt();
+  }
+
+  /** Where on the floor the opposite side of a slot's object is, seen from the person, as they are now. */
+  opposite(slot = 0) {
+    const { motion, pack } = this.#actor(slot);
+    const { object, joints } = motion.at(this.#time);
+    if (!object || !joints) return null;
+    const centre = centreOfObject(pack, object);
+    return [0, 1].map((k) => 2 * centre[k] - joints[k]);
   }
 
   /** A point of the world in the axes of a slot's object, as it is now.

@@ -137,13 +137,24 @@ def test_made_again_from_where_the_person_stood(result_page, server, motion):
     x.fill("40")
     expect(make).to_be_disabled()
     x.fill("0.75")
+    page.get_by_label("The place is where they were").select_option("side")
+    expect(x).to_have_value("")
+    expect(page.locator(".clock")).not_to_have_text(re.compile(r"^0\.0 /"))
+    page.get_by_role("button", name="The other side").click()
+    expect(page.get_by_role("main").get_by_text("They will hold it from the side")).to_be_visible()
+    page.get_by_label("Hands that hold it").select_option("right")
+    page.get_by_label("The place is where they were").select_option("stood")
+    expect(x).to_have_value("0.75")
     make.click()
     page.wait_for_url(re.compile(r"#/jobs/"))
     page.wait_for_url(re.compile(r"#/results/"), timeout=120_000)
     before, after = (server.ask(f"results/{id_}") for id_ in (motion, page.url[-16:]))
     now = after["manifest"]["options"]
     assert now["stood"][0] == 0.75
-    assert now == before["manifest"]["options"] | {"stood": now["stood"]}
+    assert now["hands"] == "right"
+    said = {key: now[key] for key in ("stood", "side", "hands")}
+    assert now == before["manifest"]["options"] | said
+    assert len(now["side"]) == 2
     assert (after["session"], after["object"], after["mount"]) == (
         before["session"], before["object"], before["mount"],
     )  # fmt: skip

@@ -61,7 +61,9 @@ def test_what_a_server_knows_is_offered_and_what_is_left_out_is_not():
 def test_every_option_of_a_motion_stands_in_its_form():
     form = {one["name"]: one for one in choices()["forms"]["run"]}
     assert set(form) == set(RunOptions.model_fields)
-    assert [name for name, one in form.items() if one["kind"] == "own"] == ["up", "stood"]
+    assert [name for name, one in form.items() if one["kind"] == "own"] == [
+        *("up", "stood", "ends", "side"),
+    ]
 
 
 @pytest.mark.parametrize("kind", ["run", "resolve", "render", "overlay", "export", "scan"])
