@@ -283,7 +283,7 @@ class Resolve(DescribedModel):
     video: Annotated[bool, Field(description=DRAW)] = True
 
 
-@by_id(ExportRequest, leave_out=("name", "output", "blender"))
+@by_id(ExportRequest, leave_out=("name", "output", "blender", "robot", "frames"))
 class Export(DescribedModel):
     """A result becomes a file of another program."""
 
@@ -293,7 +293,7 @@ class Export(DescribedModel):
     result: Id
     """Id of the result."""
     to: ExportFormat
-    """Format of the file; dae is refused with a reason."""
+    """Format of the file; dae and robot are refused with a reason."""
 
 
 class Render(RenderOptions):
