@@ -25,7 +25,7 @@ def export(result: options.Result, file: options.ExportFile = None, **said: Any)
     asked = {**said, "result": result, "output": file or result}
     request = validated(ExportRequest, asked, "option-invalid")
     with progress_bars() as progress:
-        robot = request.to is ExportFormat.robot or request.to is None and request.robot
+        robot = request.to is ExportFormat.robot or (request.to is None and request.robot)
         written = (export_robot if robot else export_result)(request, progress)
     for note in written.notes:
         say("Note", note, "yellow")

@@ -92,7 +92,9 @@ class ExportRequest(ExportOptions, Request):
     ] = None
     robot: Annotated[
         Path | None,
-        Field(description="Robot that shall do the motion: its MJCF or URDF file (with --to robot)."),
+        Field(
+            description="Robot that shall do the motion: its MJCF or URDF file (with --to robot)."
+        ),
     ] = None
     frames: Annotated[
         Path | None,

@@ -115,6 +115,6 @@ def unreached(motion: RobotMotion) -> Iterator[str]:
 def _joined(mask: np.ndarray, gap: int) -> np.ndarray:
     out = mask.copy()
     for start, stop in runs(~mask):
-        if 0 < start and stop < len(mask) and stop - start <= gap:
+        if start > 0 and stop < len(mask) and stop - start <= gap:
             out[start:stop] = True
     return out

@@ -28,7 +28,7 @@ class SceneSettings:
     """Numbers of the object in a scene."""
 
     density: float = 200.0
-    """Of the object, kilograms a cubic metre; furniture and boxes are light for their size."""
+    """Density of the object, kilograms a cubic metre; furniture and boxes are light for their size."""
     concavity: float = 0.08
     """Concavity that coacd leaves in a convex part."""
     parts: int = 32

@@ -42,7 +42,7 @@ class RobotFrame(BaseModel):
 
 
 class RobotMap(BaseModel):
-    """Where a robot has what people have; the file that ‹frames› names holds one of these as JSON."""
+    """The bodies of a robot that answer to people's; a file for ‹frames› holds one of these as JSON."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

@@ -24,13 +24,19 @@ class RobotSettings:
     """Fastest joint, radians a second."""
     steps: int = 4
     """Programs a frame."""
+    foot_steps: int = 3
+    """Programs a frame that end it, of planted feet alone: whatever hands asked for, feet stand."""
     first_steps: int = 60
     """Programs for the first frame, from the easy stance."""
-    planted: tuple[float, float] = (200.0, 60.0)
+    far: float = 1.0
+    """Part of a palm's squared error that damps a program: arms at full reach would swing to and fro."""
+    planted: tuple[float, float] = (600.0, 120.0)
     """Costs of the place and the turn of a planted foot."""
     swinging: tuple[float, float] = (60.0, 10.0)
     held: tuple[float, float] = (40.0, 0.6)
     """Costs of a holding hand."""
+    strained: float = 0.05
+    """Metres off its place from which a hand pulls less and less, so that it pulls no foot away."""
     free: tuple[float, float] = (4.0, 0.4)
     pelvis: tuple[float, float] = (1.5, 1.0)
     torso: tuple[float, float] = (0.0, 1.0)
@@ -45,7 +51,9 @@ class RobotSettings:
     """Longest step of a joint in one program, radians."""
     margin: float = 0.008
     """Metres that parts of the robot stay apart."""
-    seen: float = 0.04
+    parting: float = 0.005
+    """Metres by which one program moves parts away from each other that are within the margin."""
+    seen: float = 0.08
     """Metres from which parts of the robot look at each other."""
 
 
@@ -71,7 +79,7 @@ class SelfCollision:
         return found
 
     def rows(self, data: Any) -> tuple[Float[np.ndarray, "rows dofs"], Float[np.ndarray, " rows"]]:
-        """Return G and h of G Δq <= h: what is near may come no nearer than the margin."""
+        """Return G and h of G Δq <= h: what is near stays outside the margin, or goes toward its edge."""
         model, jacobians, room = self._model, [], []
         for a, b, distance, (p, q) in self.near(data, self._settings.seen):
             length = np.linalg.norm(q - p)
@@ -82,7 +90,7 @@ class SelfCollision:
                 self._mujoco.mj_jac(model, data, end, None, point, model.geom_bodyid[geom])
             toward = (p - q) / length * np.sign(distance)
             jacobians.append(toward @ (ends[1] - ends[0]))
-            room.append(max(distance - self._settings.margin, 0.0))
+            room.append(max(distance - self._settings.margin, -self._settings.parting))
         return np.array(jacobians).reshape(-1, model.nv), np.array(room)
 
 
@@ -136,7 +144,10 @@ class RobotSolver:
         self.collision = SelfCollision(robot, settings)
         self._poses = _poses(targets)
         self._tasks = {
-            name: self._mink.FrameTask(site_of(name), "site", 0.0, 0.0) for name in self._poses
+            name: self._mink.FrameTask(
+                site_of(name), "site", 0.0, 0.0, lm_damping=settings.far if "palm" in name else 0.0
+            )
+            for name in self._poses
         }
         self._set_costs("pelvis", settings.pelvis)
         self._set_costs("torso", settings.torso)
@@ -163,6 +174,8 @@ class RobotSolver:
             high = np.minimum(self._range[1], before[7:] + turn)
             for _ in range(settings.steps):
                 self._step(low, high)
+            for _ in range(settings.foot_steps):
+                self._step(low, high, feet_only=True)
             out[frame] = self._configuration.q
         return out
 
@@ -178,13 +191,30 @@ class RobotSolver:
             self._set_costs(f"{side}_palm", hand)
             self._set_costs(f"{side}_elbow", settings.elbow)
 
+    def _hand_costs(self, frame: int, k: int) -> tuple[float, float]:
+        """Return the costs of a hand; less where it is far from its place."""
+        if not self._targets.held[frame, k]:
+            return self._settings.free
+        site = self._configuration.data.site(site_of(f"{SIDES[k]}_palm"))
+        miss = float(np.linalg.norm(site.xpos - self._targets.palms[frame, k]))
+        place, turn = self._settings.held
+        return place * min(1.0, self._settings.strained / max(miss, 1e-6)), turn
+
     def _set_costs(self, name: str, costs: tuple[float, float]) -> None:
         self._tasks[name].cost[:3], self._tasks[name].cost[3:] = costs
 
-    def _step(self, low: Float[np.ndarray, " joints"], high: Float[np.ndarray, " joints"]) -> None:
+    def _step(
+        self,
+        low: Float[np.ndarray, " joints"],
+        high: Float[np.ndarray, " joints"],
+        *,
+        feet_only: bool = False,
+    ) -> None:
         """Go once to the minimum of the program around the present joints, within the bounds."""
-        configuration, nv = self._configuration, self._robot.model.nv
+        configuration = self._configuration
         tasks = [*self._tasks.values(), self._posture, self._still]
+        if feet_only:
+            tasks = [self._tasks["left_foot"], self._tasks["right_foot"]]
         problem = self._mink.build_ik(
             configuration, tasks, 1.0, damping=self._settings.damping, limits=[]
         )
@@ -195,8 +225,14 @@ class RobotSolver:
         problem.lb = np.r_[np.full(6, -longest), np.clip(low - joints, -longest, 0.0)]
         problem.ub = np.r_[np.full(6, longest), np.clip(high - joints, 0.0, longest)]
         solution = self._qp.solve_problem(problem, solver="daqp")
-        if solution.found and solution.x is not None and len(solution.x) == nv:
-            configuration.integrate_inplace(solution.x, 1.0)
+        if not solution.found and len(h):
+            # Joints at their bounds cannot part what is too near: then it comes no nearer.
+            problem.h = np.maximum(h, 0.0)
+            solution = self._qp.solve_problem(problem, solver="daqp")
+        if solution.found and solution.x is not None:
+            # The solver keeps bounds up to a tolerance only.
+            step = np.clip(solution.x, problem.lb, problem.ub)
+            configuration.integrate_inplace(step, 1.0)
 
 
 def _joint_range(model: Any) -> tuple[Float[np.ndarray, " joints"], Float[np.ndarray, " joints"]]:

@@ -1,4 +1,4 @@
-"""Where a robot's pelvis, feet and hands belong in each frame of a person's motion.
+"""Targets: where a robot's pelvis, feet and hands belong in each frame of a person's motion.
 
 The object keeps its size and its place. While hands hold, the robot's palms belong where the person's are;
 everything else is the person scaled to the robot's legs about the place where they hold. So the way to
@@ -36,7 +36,7 @@ class RobotTargets:
 
     fps: float
     scale: float
-    """Of the robot's legs to the person's."""
+    """Ratio of the robot's legs to the person's."""
     pelvis: Float[np.ndarray, "frames 3"]
     R_pelvis: Float[np.ndarray, "frames 3 3"]
     R_torso: Float[np.ndarray, "frames 3 3"]

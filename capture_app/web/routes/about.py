@@ -24,7 +24,7 @@ from capture_app.web.site import Here, Limits, Site
 from ingest.calibration.phone_body import MODELS, Model
 from ingest.formats.registry import FORMATS as LOGS
 
-_FPS = (24, 25, 30, 60)
+_FPS = (24, 25, 30, 50, 60)
 _VIEWS = ("third", "orbit", "follow", "top", "object", "hands")
 
 
