@@ -266,6 +266,17 @@ def test_urdf_is_read_too(tmp_path: Path) -> None:
     assert set(robot.joints) == set(parts)
 
 
+def test_amass_says_where_the_object_is_and_what_touches(result: Result, tmp_path: Path) -> None:
+    file = tmp_path / "person.npz"
+    export_result(ExportRequest(result=result.folder, output=file, to=ExportFormat.amass))
+    arrays, moved = np.load(file), result.object_motion
+    name = moved.mesh.name
+    turns = Rotation.from_quat(np.roll(arrays[f"{name}_quat"], -1, axis=1)).as_matrix()
+    assert turns == pytest.approx(moved.T_world_object[:, :3, :3], abs=1e-5)
+    assert arrays[f"{name}_pos"] == pytest.approx(moved.T_world_object[:, :3, 3], abs=1e-5)
+    assert (arrays["hand_contact"] == (result.best.hand_contact > 0.5)).all()
+
+
 def test_other_formats_stay_files(result: Result, tmp_path: Path) -> None:
     request = ExportRequest(result=result.folder, output=tmp_path, to=ExportFormat.robot)
     with pytest.raises(InputError, match="folder"):
