@@ -5,14 +5,16 @@ from pathlib import Path
 
 from capture_app.commands.render import RenderRequest
 from capture_app.commands.run import ResultRequest
+from capture_app.exports.resample import Sampled
 from capture_app.overlay.aligned import eye_of
 from capture_app.progress import Progress, silent
-from capture_app.result import body_of, load_result, sample_index
+from capture_app.result import Result, body_of, load_result, sample_index
 from capture_app.solve_samples import solved_result
 from omomo_core.errors import InputError
-from omomo_core.motion import FPS
+from omomo_core.motion import FPS, HumanMotion
 from omomo_core.whole_file import check_target
 from render.lettering import Picture
+from render.props import Actor
 from render.third_person import frames, held_places
 from render.video import contact_sheet, write_moving, write_png
 from render.views import shot
@@ -98,12 +100,24 @@ def render_result(request: RenderRequest, progress: Progress = silent) -> None:
         samples=4 if (request.picture if request.smooth is None else request.smooth) else 0,
         backend=request.backend,
         only=order,
+        instead=_robot(request, person.human, loaded),
     )
     drawn = with_progress(pictures, len(order), progress)
     if request.picture:
         columns = request.sheet[0] if request.sheet else 1
         drawn = iter([contact_sheet(list(drawn), columns)])
     save_pictures(request.output, drawn)
+
+
+def _robot(request: RenderRequest, human: HumanMotion, result: Result) -> list[Actor]:
+    """Return the robot that is drawn in place of the person; nothing if none is asked for."""
+    if request.robot is None:
+        return []
+    from capture_app.robots.export_robot import robot_motion
+    from capture_app.robots.robot_film import robot_actors
+
+    sampled = Sampled(human, result.object_motion, FPS)
+    return robot_actors(robot_motion(request.robot, request.frames, sampled, body_of(result)))
 
 
 def draw_video(request: ResultRequest, progress: Progress = silent) -> None:

@@ -56,6 +56,7 @@ def frames(
     extra: Sequence[Actor] = (),
     pixels_per_metre: float | None = None,
     only: Sequence[int] | None = None,
+    instead: Sequence[Actor] = (),
 ) -> Generator[UInt8[np.ndarray, "h w 3"]]:
     """Pictures of a motion at 30 fps, one at a time; the body is skinned as they are drawn.
 
@@ -72,6 +73,7 @@ def frames(
         extra: more to draw, of the same frames.
         pixels_per_metre: draw a scale bar of one metre.
         only: the frames to draw, seen as in the whole video; without it, all of them.
+        instead: actors that stand in for the body, of the same frames, such as a robot's parts.
 
     Raises:
         InputError: the two motions differ in length.
@@ -84,7 +86,7 @@ def frames(
             fix="Give the two motions of one result.",
         )
     views = follow_motion(human, object_motion, width, height) if cameras is None else cameras
-    actors = [*stage(human, object_motion, body, markers=markers), *extra]
+    actors = [*stage(human, object_motion, body, markers=markers, instead=instead), *extra]
     with open_renderer(width, height, backend, samples=samples) as renderer:
         ground = _ground(human, object_motion)
         renderer.show(Scene([ground, *(a.drawable for a in actors)], light=_key_light(views[0])))
@@ -95,13 +97,18 @@ def frames(
 
 
 def stage(
-    human: HumanMotion, object_motion: ObjectMotion, body: BodyModel, *, markers: bool = True
+    human: HumanMotion,
+    object_motion: ObjectMotion,
+    body: BodyModel,
+    *,
+    markers: bool = True,
+    instead: Sequence[Actor] = (),
 ) -> list[Actor]:
-    """The actors of a motion, without a floor: body, object and, if wanted, markers and trail."""
-    actors = [
-        skinned_body(human, body),
-        rigid_object(object_motion),
-    ]
+    """The actors of a motion, without a floor: body, object and, if wanted, markers and trail.
+
+    Actors `instead` of the body stand in for it.
+    """
+    actors = [*(instead or [skinned_body(human, body)]), rigid_object(object_motion)]
     if markers:
         for k, side in enumerate(("left", "right")):
             palm, contact = human.joints[:, 22 + k], human.hand_contact[:, k]

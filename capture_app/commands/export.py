@@ -14,7 +14,7 @@ Units = Literal["m", "cm"]
 
 
 class ExportFormat(StrEnum):
-    """What to write; dae is there to be refused with a reason."""
+    """What to write; robot is a folder, and dae is there to be refused with a reason."""
 
     glb = "glb"
     bvh = "bvh"
@@ -22,6 +22,7 @@ class ExportFormat(StrEnum):
     fbx = "fbx"
     amass = "amass"
     csv = "csv"
+    robot = "robot"
     dae = "dae"
 
 
@@ -57,7 +58,7 @@ class ExportOptions(BaseModel):
         Field(title="Format", description="Format; that of the output file's ending if not given."),
     ] = None
     fps: Annotated[
-        Literal[24, 25, 30, 60],
+        Literal[24, 25, 30, 50, 60],
         BeforeValidator(_number),
         Field(title="Frames a second", description="Frames a second."),
     ] = 30
@@ -92,7 +93,7 @@ class ExportRequest(ExportOptions, Request):
     """
 
     KIND: ClassVar[str] = "export"
-    READS: ClassVar[tuple[str, ...]] = ("result", "skeleton")
+    READS: ClassVar[tuple[str, ...]] = ("result", "skeleton", "robot", "frames")
 
     result: Path
     skeleton: Annotated[
@@ -104,4 +105,14 @@ class ExportRequest(ExportOptions, Request):
     ] = None
     blender: Annotated[
         str | None, Field(description="Blender that writes FBX, if it is not on the PATH.")
+    ] = None
+    robot: Annotated[
+        Path | None,
+        Field(
+            description="Robot that shall do the motion: its MJCF or URDF file (with --to robot)."
+        ),
+    ] = None
+    frames: Annotated[
+        Path | None,
+        Field(description="File that maps the robot's bodies, if it is not a Unitree G1 or H1."),
     ] = None

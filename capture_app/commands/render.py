@@ -72,9 +72,19 @@ class RenderRequest(RenderOptions, Request):
     """
 
     KIND: ClassVar[str] = "render"
-    READS: ClassVar[tuple[str, ...]] = ("result",)
+    READS: ClassVar[tuple[str, ...]] = ("result", "robot", "frames")
 
     result: Path
+    robot: Annotated[
+        Path | None,
+        Field(
+            description="Draw this robot (MJCF or URDF) doing the motion in place of the person."
+        ),
+    ] = None
+    frames: Annotated[
+        Path | None,
+        Field(description="File that maps the robot's bodies, if it is not a Unitree G1 or H1."),
+    ] = None
     still: Still = None
     sheet: Annotated[
         Annotated[tuple[_Few, _Few], BeforeValidator(_sheet)] | None,

@@ -8,6 +8,7 @@ converted onto that body; without, rotations stand as they are and `trans` is th
 says which.
 """
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,8 @@ def write_amass(path: Path, take: Take, smplx: BodyModel | None) -> None:
     `poses` (T, 165) axis-angle: root, 21 body joints, jaw and eyes (zero), 30 finger joints; also
     as `root_orient`, `pose_body`, `pose_jaw`, `pose_eye`, `pose_hand`. `trans` (T, 3), `betas` (16
     zeros), `gender`, `surface_model_type`, `mocap_frame_rate` and the older `mocap_framerate`.
+    For robots' tools: `{object}_pos` and `{object}_quat` (w first), {object} being the mesh's name,
+    `hand_contact` (T, 2) left and right, `foot_contact` (T, 4) ankles and toes.
     Of ours: `joints` (T, 52, 3) with `joint_names`, `object_position`, `object_rotation_xyzw`,
     `object_vertices`, `object_faces`, `exact`, `note`. World z up, metres.
 
@@ -40,6 +43,7 @@ def write_amass(path: Path, take: Take, smplx: BodyModel | None) -> None:
         smplx: the model that the take is on, if it is one.
     """
     T, pelvis = take.T_world_object, take.positions[:, take.human["pelvis"]]
+    name = re.sub(r"\W+", "_", take.mesh.name) or "thing"
     rest = np.zeros(3) if smplx is None else smplx.rest_joints[0].double().numpy()
     arrays = _parts(_axis_angles(take)) | {
         "trans": pelvis - rest,
@@ -52,6 +56,10 @@ def write_amass(path: Path, take: Take, smplx: BodyModel | None) -> None:
         "joint_names": np.array(take.skeleton.names),
         "object_position": T[:, :3, 3],
         "object_rotation_xyzw": xyzw_from_matrix(T[:, :3, :3]),
+        f"{name}_pos": T[:, :3, 3],
+        f"{name}_quat": np.roll(xyzw_from_matrix(T[:, :3, :3]), 1, axis=1),
+        "hand_contact": take.hand_contact,
+        "foot_contact": take.foot_contact,
         "object_vertices": take.mesh.vertices,
         "object_faces": take.mesh.faces,
         "exact": np.array(smplx is not None),

@@ -40,8 +40,15 @@ def layout_of(kind: ExportFormat) -> FileLayout:
     """Return the layout of a format.
 
     Raises:
-        InputError: "format-not-written" for COLLADA.
+        InputError: "format-not-written" for COLLADA, "robot-is-folder" for a robot.
     """
+    if kind is ExportFormat.robot:
+        raise InputError(
+            "robot-is-folder",
+            "A robot's motion is a folder of files, which only the command line writes.",
+            where="‹to› robot",
+            fix="Use ‹omocap export› with ‹to› robot and ‹robot›.",
+        )
     if kind is ExportFormat.dae:
         raise InputError(
             "format-not-written",

@@ -287,7 +287,7 @@ class Resolve(OtherContacts):
     video: Annotated[bool, Field(title="Draw a video", description=DRAW)] = True
 
 
-@by_id(ExportRequest, leave_out=("name", "output", "blender"))
+@by_id(ExportRequest, leave_out=("name", "output", "blender", "robot", "frames"))
 class Export(DescribedModel):
     """A result becomes a file of another program."""
 
@@ -297,7 +297,7 @@ class Export(DescribedModel):
     result: Id
     """Id of the result."""
     to: Annotated[ExportFormat, FORMAT_WORDS, Field(title="Format")]
-    """Format of the file; dae is refused with a reason."""
+    """Format of the file; dae and robot are refused with a reason."""
 
 
 class Render(RenderOptions):

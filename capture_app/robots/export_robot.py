@@ -1,0 +1,120 @@
+"""A sample of a result becomes a robot's motion: a folder of files, and what the robot could not do."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from capture_app.commands.export import ExportRequest
+from capture_app.exports.resample import Sampled, at_rate
+from capture_app.progress import Progress, silent
+from capture_app.result import Result, body_of, load_result, sample_index
+from capture_app.robots.robot_files import write_robot_files
+from capture_app.robots.robot_model import load_robot
+from capture_app.robots.robot_solver import RobotMotion, solve_robot
+from capture_app.robots.robot_targets import robot_targets
+from capture_app.solve_samples import solved_result
+from capture_app.staging import staged_folder
+from omomo_core.body.model import BodyModel
+from omomo_core.errors import InputError
+from omomo_core.geometry.runs import runs
+
+NEAR = 0.015
+"""Metres: a palm that is farther from its place on the object is reported."""
+_JOINED = 0.3
+"""Seconds between two spans that are reported as one."""
+
+
+@dataclass(frozen=True)
+class RobotExported:
+    """The files that were written, and what the robot could not reach, in sentences."""
+
+    files: tuple[Path, ...]
+    notes: tuple[str, ...]
+
+
+def robot_motion(
+    robot: Path, frames: Path | None, sampled: Sampled, body: BodyModel
+) -> RobotMotion:
+    """Return the motion of a robot for a person's.
+
+    Args:
+        robot: MJCF or URDF file.
+        frames: map of its bodies; a preset if not given.
+        sampled: the person and the object at the rate of the files.
+        body: whose bones the motion moves.
+
+    Raises:
+        InputError: see `load_robot`.
+    """
+    model = load_robot(robot, frames)
+    return solve_robot(model, robot_targets(model, sampled, body))
+
+
+def export_robot(request: ExportRequest, progress: Progress = silent) -> RobotExported:
+    """Write the folder of a robot's motion; it appears whole or not at all.
+
+    Args:
+        request: the result, the robot, the folder to make or one to put it in, the rate and the sample.
+        progress: told the stage "solve" where the sample was not solved yet.
+
+    Raises:
+        InputError: "robot-needed", see `load_robot`; or the result cannot be read, or the folder exists.
+    """
+    if request.robot is None:
+        raise InputError(
+            "robot-needed",
+            "Nothing says which robot shall move.",
+            field="robot",
+            fix="Give its MJCF or URDF file with ‹robot›.",
+        )
+    load_robot(request.robot, request.frames)
+    result = load_result(request.result)
+    index = sample_index(result, request.sample)
+    result = solved_result(result, [index], progress)
+    target = _target(request, result)
+    sampled = sampled_person(result, index, float(request.fps))
+    motion = robot_motion(request.robot, request.frames, sampled, body_of(result))
+    with staged_folder(target) as folder:
+        files = write_robot_files(folder, motion, sampled.object_motion)
+    return RobotExported(
+        tuple(target / f.relative_to(folder) for f in files), tuple(unreached(motion))
+    )
+
+
+def sampled_person(result: Result, index: int, fps: float) -> Sampled:
+    """Return a sample and its object at a rate."""
+    person = result.people[index].human
+    return at_rate(person, result.object_motion, body_of(result), fps)
+
+
+def _target(request: ExportRequest, result: Result) -> Path:
+    if not request.output.is_dir():
+        return request.output
+    suffix = "" if request.sample is None else f"_sample_{request.sample}"
+    return request.output / f"{result.folder.resolve().name}{suffix}_robot"
+
+
+def unreached(motion: RobotMotion) -> Iterator[str]:
+    """Yield what the robot could not do, with its times, in sentences."""
+    fps = motion.targets.fps
+    for k, side in enumerate(("left", "right")):
+        far = motion.miss[:, k] > NEAR
+        for start, stop in runs(_joined(far, round(_JOINED * fps))):
+            most = motion.miss[start:stop, k].max()
+            yield (
+                f"From {start / fps:.2f} to {stop / fps:.2f} s the {side} palm is up to "
+                f"{100 * most:.1f} cm from its place on the object: the robot cannot reach it."
+            )
+    touching = runs(_joined(motion.apart < 0.0, round(_JOINED * fps)))
+    for start, stop in touching:
+        yield f"From {start / fps:.2f} to {stop / fps:.2f} s parts of the robot touch each other."
+
+
+def _joined(mask: np.ndarray, gap: int) -> np.ndarray:
+    out = mask.copy()
+    for start, stop in runs(~mask):
+        if start > 0 and stop < len(mask) and stop - start <= gap:
+            out[start:stop] = True
+    return out
