@@ -146,6 +146,9 @@ class TakeOptions(ReadingOptions):
     ] = None
     hands: Annotated[
         Literal["auto", "one", "left", "right", "both"],
+        shown(
+            words="auto: as is likely; one: one of them; left: the left; right: the right; both: both"
+        ),
         OptionGroup.PERSON,
         Field(
             title="Hands that hold it",

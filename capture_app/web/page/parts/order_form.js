@@ -13,16 +13,21 @@ const DIRECTION = "direction";
 const NUMBER = String.raw`\s*[\-+]?(\d+\.?\d*|\.\d+)\s*`;
 const AXES = ["x", "y", "z", "-x", "-y", "-z"];
 const NOT_USABLE = "not usable";
+/** @type {Record<string, string>} */
+const SIDES = { front: "in front of it", back: "behind it", left: "on its left", right: "on its right" };
+const SEEN_ALONG = "Where the person is while they hold it, seen in the direction in which it goes.";
 
 /** A form for POST /api/jobs of kind run: {node, update({object, mount}), judge(report), reading()}.
  *  session: the item; choices: of the server; changed(): what is said of the recording is another.
  *  @param {Session} session @param {Choices} choices @param {() => void} changed */
 export function orderForm(session, choices, changed) {
   const form = choices.forms.run;
-  const fields = describedFields(form, { up: upField(), stood: stoodField() });
+  const fields = describedFields(form, { up: upField(), stood: stoodField(), side: sideField(form) });
   /** @param {Described["group"]} wanted */
   const group = (wanted) =>
-    Object.fromEntries(form.flatMap(({ name, group: own }) => (own === wanted ? [[name, fields[name]]] : [])));
+    Object.fromEntries(
+      form.flatMap(({ name, group: own }) => (own === wanted && fields[name] ? [[name, fields[name]]] : [])),
+    );
   const reading = group("reading");
   const problem = h("div");
   const why = h("p", { class: "note", id: freshId("why"), role: "status" });
@@ -93,6 +98,14 @@ function obstacle({ object, mount }, report, forced) {
   if (report.verdict !== NOT_USABLE || (able && forced === true)) return "";
   const force = able ? ` To use it all the same, tick “${forced}” above.` : "";
   return `This recording is not usable: ${report.reason}${force}`;
+}
+
+/** A side of the object by its word; a place is clicked on in the result. @param {Described[]} form */
+function sideField(form) {
+  const title = form.find(({ name }) => name === "side")?.title ?? "";
+  const sides = ["front", "back", "left", "right"].map((side) => [side, SIDES[side] ?? side]);
+  const made = choice(title, [["", "as usual"], ...sides], { hint: SEEN_ALONG });
+  return { ...made, read: () => made.read() || null };
 }
 
 /** Where they stood is known where the phone saw them; elsewhere it is clicked on in the result. */
