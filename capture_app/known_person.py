@@ -217,7 +217,8 @@ def _check_place(name: str, place: Place, motion: ObjectMotion, frame: int) -> N
     points = apply(motion.T_world_object[frame : frame + 1], sample_surface(motion.mesh).points)[0]
     off = float(np.linalg.norm(points[:, :2] - (x, y), axis=1).min())
     if off > FARTHEST:
-        what = f"This is {off:.1f} m from the object {_WHEN[name]}."
+        at = ",".join(f"{v:.1f}" for v in points[:, :2].mean(axis=0))
+        what = f"This is {off:.1f} m from the object {_WHEN[name]}; that is about {at} then."
         raise _wrong(name, "far", what, where)
     if not _clear(np.array([[x, y]]), motion, frame)[0]:
         raise _wrong(name, "inside", f"The object is there {_WHEN[name]}.", where)
