@@ -20,7 +20,7 @@ import numpy as np
 
 from omomo_core.body.model import load_body
 from omomo_core.contact.static_stability import middle_of_hold
-from omomo_core.generation.conditioning import Conditioning
+from omomo_core.generation.conditioning import Conditioning, PlaceInTime
 from omomo_core.generation.generation_options import GenerationOptions
 from omomo_core.generation.generator import generate
 from omomo_core.learning.evaluation.metrics import walking_measures
@@ -72,11 +72,11 @@ def main() -> None:
 
 def conditioning(truth: Truth, say: str) -> Conditioning:
     """Return what is said of the recorded person."""
-    root = truth.clip.root[:, :2]
+    root, middle = truth.clip.root[:, :2], middle_of_hold(truth.must_hold)
     return Conditioning(
         start_position=root[0] if "stood" in say else None,
         end_position=root[-1] if "ends" in say else None,
-        side=root[middle_of_hold(truth.must_hold)] if "side" in say else None,
+        side=PlaceInTime(root[middle], middle) if "side" in say else None,
         held_with=truth.hands if "hands" in say else None,
     )
 

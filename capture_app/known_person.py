@@ -16,12 +16,12 @@ from omomo_core.contact.decode import HandChoice
 from omomo_core.contact.segment import ContactSpan
 from omomo_core.contact.static_stability import middle_of_hold, must_be_held
 from omomo_core.errors import InputError
-from omomo_core.generation.conditioning import Conditioning
+from omomo_core.generation.conditioning import Conditioning, PlaceInTime
 from omomo_core.generation.selection.person_constraint import (
     SideWord,
     side_off,
-    straightness,
 )
+from omomo_core.generation.selection.plausibility import has_front
 from omomo_core.generation.selection.selection_config import SAID
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.geometry.object_features import object_features
@@ -48,10 +48,6 @@ UPRIGHT = 0.3
 """How far (sine of the angle) a screen must be from level to be seen from one side."""
 
 
-LEAST_STRAIGHT = 0.3
-"""Way from the first frame to the last, as a share of the whole: what goes less straight has no front."""
-LEAST_WAY = 0.2
-"""Metres that something must go to have a front."""
 OTHER_SIDE = 60.0
 """Degrees from the side that is said beyond which a person is on another."""
 OTHER_HAND = 0.1
@@ -66,18 +62,17 @@ class KnownPerson:
     """Place at which they stood when the take began, world, metres."""
     end: Place | None
     """Place at which they stand as it ends, world, metres."""
-    side: SideWord | Place | None
-    """Side on which they hold the object: a word, or a place amid the time that they do, world, metres."""
+    side: SideWord | PlaceInTime | None
+    """Side on which they hold the object."""
     hands: HandChoice | None
 
     def conditioning(self, contacts: tuple[ContactSpan, ...] | None) -> Conditioning:
         """Return this and the contacts as the generator takes them."""
-        side = self.side
         return Conditioning(
             contacts=contacts,
             start_position=None if self.start is None else np.array(self.start),
             end_position=None if self.end is None else np.array(self.end),
-            side=side if side is None or isinstance(side, str) else np.array(side),
+            side=self.side,
             held_with=self.hands,
         )
 
@@ -96,7 +91,7 @@ class KnownPerson:
         if self.side is not None and self._off_side(human, motion) > OTHER_SIDE:
             yield (
                 "The person is on another side of the object than ‹side› says: no sample could hold it "
-                "from there."
+                "from there, or that time is not within the first 20 s."
             )
         wrong = {"left": (1,), "right": (0,)}.get(self.hands or "", ())
         held = human.hand_contact > 0.5
@@ -104,13 +99,13 @@ class KnownPerson:
             yield "The other hand than ‹hands› says holds the object, too: contacts can be corrected."
 
     def _off_side(self, human: HumanMotion, motion: ObjectMotion) -> float:
-        take = object_features(motion)
-        side = self.side
+        take, side = object_features(motion), self.side
+        place = human.root[None, :, :2] - take.centre[:, :2]
+        if isinstance(side, PlaceInTime):
+            said = side.place - take.centre[side.frame, :2]
+            return abs(float(side_off(place, said, take.velocity, side.frame)[0]))
         assert side is not None
-        place = human.root[:, :2] - take.centre[:, :2]
-        middle = _middle_of_hold(motion)
-        said = side if isinstance(side, str) else np.array(side) - take.centre[middle, :2]
-        return abs(float(side_off(place[None], said, take.velocity, middle)[0]))
+        return abs(float(side_off(place, side, take.velocity, 0)[0]))
 
 
 def known_person(
@@ -133,15 +128,7 @@ def known_person(
     said["hands"] = None if request.hands == "auto" else request.hands
     for name in (name for name, value in said.items() if value is not None):
         _check_used(name, request)
-    side = request.side
-    if isinstance(side, str):
-        _check_way(side, motion)
-    elif side is not None:
-        middle = _middle_of_hold(motion)
-        _check_place("side", side, motion, middle)
-        if np.linalg.norm(side - object_features(motion).centre[middle, :2]) < SAID.nearest_side:
-            what = f"That is the middle of the object {_WHEN['side']}: no side of it."
-            raise _wrong("side", "middle", what, f"‹side› {side[0]:g},{side[1]:g}")
+    side = _side(request.side, motion)
     if request.ends is not None:
         _check_place("ends", request.ends, motion, len(motion.valid) - 1)
     hands = None if request.hands == "auto" else request.hands
@@ -162,20 +149,26 @@ def _check_used(name: str, request: RunRequest) -> None:
         raise _wrong(name, "unused", what, "‹hands›")
 
 
-def _check_way(side: SideWord, motion: ObjectMotion) -> None:
-    velocity = object_features(motion).velocity
-    way = float(np.linalg.norm(velocity[:, :2].sum(axis=0))) / FPS
-    if way < LEAST_WAY or straightness(velocity) < LEAST_STRAIGHT:
+def _side(said: SideWord | Place | None, motion: ObjectMotion) -> SideWord | PlaceInTime | None:
+    """Return the side on which the person holds the object, checked."""
+    if said is None:
+        return None
+    take = object_features(motion)
+    if isinstance(said, str):
+        if has_front(take.velocity):
+            return said
         raise InputError(
             "side-no-way",
             "The object stays about where it is, or goes to and fro: it has no front and no back.",
-            where=f"‹side› {side}",
-            fix="Give the place x,y on the floor where the person was as they took it.",
+            where=f"‹side› {said}",
+            fix="Give the place x,y on the floor where the person was as they held it.",
         )
-
-
-def _middle_of_hold(motion: ObjectMotion) -> int:
-    return middle_of_hold(must_be_held(object_features(motion)))
+    middle = middle_of_hold(must_be_held(take))
+    _check_place("side", said, motion, middle)
+    if np.linalg.norm(np.array(said) - take.centre[middle, :2]) < SAID.nearest_side:
+        what = f"That is the middle of the object {_WHEN['side']}: no side of it."
+        raise _wrong("side", "middle", what, f"‹side› {said[0]:g},{said[1]:g}")
+    return PlaceInTime(np.array(said), middle)
 
 
 def _start_position(

@@ -16,6 +16,7 @@ from omomo_core.generation.generation_options import FeaturePrefix, Prefix, Solv
 from omomo_core.generation.object_clip import ObjectClip
 from omomo_core.generation.person import Retargeting
 from omomo_core.generation.selection.person_constraint import PersonConstraint, SideWord
+from omomo_core.generation.selection.plausibility import has_front
 from omomo_core.generation.selection.selection_config import SAID
 from omomo_core.generation.selection.start_constraint import (
     StartConstraint,
@@ -39,6 +40,16 @@ class Pose:
 
 
 @dataclass(frozen=True)
+class PlaceInTime:
+    """Place of a person on the floor of the world in one frame."""
+
+    place: Float[np.ndarray, "2"]
+    """Metres."""
+    frame: int
+    """Counted from the beginning of the take."""
+
+
+@dataclass(frozen=True)
 class Conditioning:
     """What is given to the generator instead of being sampled."""
 
@@ -50,9 +61,9 @@ class Conditioning:
     """Place where the person stands at first, about, on the floor of the world, metres."""
     end_position: Float[np.ndarray, "2"] | None = None
     """Place where the person stands in the last frame, about, on the floor of the world, metres."""
-    side: SideWord | Float[np.ndarray, "2"] | None = None
+    side: SideWord | PlaceInTime | None = None
     """Side of the object on which the person is while they hold it: seen along the way that it goes, or a
-    place on the floor of the world, metres, on that side of it in the frame `middle_of_hold`."""
+    place on that side of it. It is heeded in the first chunk of a take, which those after it follow."""
     held_with: HandChoice | None = None
     """Which hands hold it; None leaves that to the networks."""
     contacts: Sequence[ContactSpan] | None = None
@@ -98,17 +109,29 @@ def person_constraint(
         clip: the object.
         last: the take ends with the clip.
     """
-    side, end = conditioning.side, conditioning.end_position
-    if side is not None and not isinstance(side, str):
-        side = side - clip.take.centre[clip.middle_of_hold, :2]
-        side = side if np.linalg.norm(side) > SAID.nearest_side else None
+    end = conditioning.end_position
     return PersonConstraint(
-        side,
+        *_side_in(clip, conditioning.side),
         conditioning.held_with,
         None
         if end is None or not last
         else torch.from_numpy(end * clip.scale - clip.trained.centre[-1, :2]).float(),
     )
+
+
+def _side_in(
+    clip: ObjectClip, side: SideWord | PlaceInTime | None
+) -> tuple[SideWord | Float[np.ndarray, "2"] | None, int]:
+    """Return a side as a `PersonConstraint` of the take's first clip has it, and its frame.
+
+    None where the clip does not show which side that is.
+    """
+    if isinstance(side, str):
+        return (side if has_front(clip.take.velocity) else None), 0
+    if side is None or side.frame >= clip.take.frames:
+        return None, 0
+    way = side.place - clip.take.centre[side.frame, :2]
+    return (way if np.linalg.norm(way) > SAID.nearest_side else None), side.frame
 
 
 def prefix_from_pose(

@@ -13,7 +13,6 @@ from omomo_core.contact.contact_config import ANCHOR
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.contact.static_stability import (
     TippingLever,
-    middle_of_hold,
     must_be_held,
     tipping_lever,
     touchable_range,
@@ -53,11 +52,6 @@ class ObjectClip:
     def touchable_range(self) -> tuple[int, int]:
         """First frame, and the one after the last, in which hands may be on the object."""
         return touchable_range(self.take, self.must_hold)
-
-    @property
-    def middle_of_hold(self) -> int:
-        """Frame in the middle of the first time for which it must be held."""
-        return middle_of_hold(self.must_hold)
 
     @cached_property
     def lever(self) -> TippingLever | None:

@@ -19,9 +19,10 @@ from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from ingest.mount import Mount
 from omomo_core.body.model import load_body
 from omomo_core.errors import InputError
-from omomo_core.generation.conditioning import Conditioning
+from omomo_core.generation.conditioning import Conditioning, PlaceInTime, person_constraint
 from omomo_core.generation.generation_options import GenerationOptions
 from omomo_core.generation.generator import sample_take
+from omomo_core.generation.object_clip import ObjectModel
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.weights.load import load_stages
 
@@ -257,3 +258,13 @@ def test_the_person_ends_where_they_are_said_to():
     )
     for k in range(2):
         assert np.linalg.norm(take.as_sampled(k).human.root[-1, :2] - end) < 0.4
+
+
+def test_a_side_of_a_later_time_is_told_of_and_not_guessed():
+    """What happens after the first chunk says nothing of the hypotheses, which are of the first."""
+    late = PlaceInTime(np.array([0.5, -0.8]), 900)
+    clip = ObjectModel(_pushed().mesh, 1.0).clip(_pushed().T_world_object)
+    assert person_constraint(Conditioning(side=late), clip, last=True).side is None
+    still = ObjectModel(_pushed().mesh, 1.0).clip(_pushed(way=0.0).T_world_object)
+    assert person_constraint(Conditioning(side="front"), still, last=True).side is None
+    assert person_constraint(Conditioning(side="front"), clip, last=True).side == "front"

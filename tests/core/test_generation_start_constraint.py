@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from omomo_core.generation.conditioning import Conditioning, start_constraint
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
+from omomo_core.generation.selection.plausibility import stands_in_front
 from omomo_core.generation.selection.selection_config import START
 from omomo_core.generation.selection.start_constraint import (
     StartPose,
@@ -175,3 +176,22 @@ def test_a_place_is_meant_in_the_world_of_whoever_stood_there(height: float):
     # The centre is that of points on the surface.
     torch.testing.assert_close(start.position, torch.tensor([0.0, 1.7]), atol=5e-3, rtol=0)
     assert start_constraint(Conditioning(), None, clip) is None
+
+
+@pytest.mark.parametrize(
+    ("way", "lift", "front"),
+    [((0.0, 1.0), 0.0, True), ((0.0, 1.0, 0.0), 0.0, False), ((0.0, 1.0), 0.3, False)],
+)
+def test_nobody_is_in_front_of_what_slides_flat(way: tuple[float, ...], lift: float, front: bool):
+    """What is carried, and what goes to and fro, says nothing of the side."""
+    T = np.tile(np.eye(4), (90, 1, 1))
+    T[:, 0, 3] = np.interp(np.arange(90), np.linspace(10, 80, len(way)), way)
+    T[:, 2, 3] = 0.15 + lift * np.interp(np.arange(90), [10, 20, 70, 80], [0, 1, 1, 0])
+    solid = trimesh.creation.box((0.3, 0.3, 0.3))
+    mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "box")
+    clip = ObjectModel(mesh, 1.0).clip(T)
+    # Left palm, right palm, both hold: before the box, facing back, and behind it, facing on.
+    ahead = [0.2, -0.2, 0.0, 0.2, 0.2, 0.0, 1.0, 1.0]
+    behind = [-0.2, 0.2, 0.0, -0.2, -0.2, 0.0, 1.0, 1.0]
+    features = torch.tensor([ahead, behind])[:, None].expand(2, 90, 8)
+    assert stands_in_front(features, clip).tolist() == [front, False]

@@ -22,7 +22,7 @@ from omomo_core.generation.selection.plausibility import (
     standing_position,
     turned,
 )
-from omomo_core.generation.selection.selection_config import SAID
+from omomo_core.generation.selection.selection_config import SAID, SLIDING
 from omomo_core.generation.selection.start_constraint import StartPosition
 from omomo_core.stages.hands_capture import LAYOUT
 
@@ -39,7 +39,9 @@ class PersonConstraint:
 
     side: SideWord | Float[np.ndarray, "2"] | None = None
     """Side on which they are while they hold it: a word, or a direction (world axes) from the object's
-    centre in the frame `middle_of_hold`."""
+    centre."""
+    side_frame: int = 0
+    """Frame about which that direction is meant."""
     hands: HandChoice | None = None
     end: Float[Tensor, "2"] | None = None
     """Place of the pelvis in the last frame, above the floor, from the object's centre, metres."""
@@ -89,7 +91,7 @@ class PersonConstraint:
         if self.side is None:
             assert self.end is not None
             return side_off(place[:, -1:], self.end.double().numpy(), clip.trained.velocity[-1:], 0)
-        return side_off(place, self.side, clip.trained.velocity, clip.middle_of_hold)
+        return side_off(place, self.side, clip.trained.velocity, self.side_frame)
 
     def impose_end(self, features: Samples) -> Samples:
         """Return the samples, which end at the known place or as near to it as there is time to go."""
@@ -149,6 +151,8 @@ def side_off(
     at = place[..., 0] + 1j * place[..., 1]
     if isinstance(side, str):
         way = velocity[:, 0] + 1j * velocity[:, 1]
+        # Slower is noise.
+        way = np.where(np.abs(way) > SLIDING.slowest, way, 0.0)
         there = (at * way.conj()).mean(axis=1) * np.conj(_AHEAD[side])
     else:
         half = SAID.side_frames // 2
@@ -156,9 +160,3 @@ def side_off(
             complex(*side)
         )
     return np.degrees(np.angle(there))
-
-
-def straightness(velocity: Float[np.ndarray, "frames 3"]) -> float:
-    """Return how straight an object goes over the floor: 1 for a line, 0 for to and fro, or if it stays."""
-    speed = np.linalg.norm(velocity[:, :2], axis=1).sum()
-    return float(np.linalg.norm(velocity[:, :2].sum(axis=0)) / max(speed, 1e-9))

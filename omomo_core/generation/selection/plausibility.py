@@ -22,11 +22,13 @@ from omomo_core.generation.selection.selection_config import (
     COVERAGE,
     OPPOSITE_SIDE,
     PLAUSIBILITY,
+    SAID,
     SLIDING,
     START,
 )
 from omomo_core.geometry.object_features import ObjectFeatures
 from omomo_core.geometry.transforms import to_local
+from omomo_core.motion import FPS
 from omomo_core.stages import hands_capture as hand_stage
 from omomo_core.stages.hands_capture import LAYOUT
 
@@ -107,7 +109,8 @@ def stands_in_front(features: Samples, clip: ObjectClip) -> Bool[np.ndarray, " s
     """Return which samples have the person in the way of an object that slides flat over the floor.
 
     People push such an object from behind; of 18 recorded people who move a box so, nobody walks backwards
-    before it. Of what is carried, wheeled or tilted this does not hold, and no sample is named.
+    before it. Of what is carried or tilted this does not hold, nor of what goes to and fro, and no sample is
+    named.
 
     Args:
         features: palms from the object's centre in axes whose third is up, contacts.
@@ -127,12 +130,25 @@ def stands_in_front(features: Samples, clip: ObjectClip) -> Bool[np.ndarray, " s
 def sliding_velocity(take: ObjectFeatures) -> Float[np.ndarray, "frames 2"]:
     """Return the horizontal velocity (m/s) of an object that slides flat over the floor; else zeros.
 
-    An object slides flat where it stays on the floor, and as upright as in the first frame, all the time.
+    An object slides flat where it stays on the floor, and as upright as in the first frame, all the time, and
+    does not go to and fro.
     """
     up = take.motion.T_world_object[:, 2, :3]
     tilt = np.degrees(np.arccos(np.clip(up @ up[0], -1, 1)))
     flat = bool(tilt.max() < SLIDING.tilt and take.lowest.max() < SLIDING.lift)
-    return take.velocity[:, :2] * flat
+    return take.velocity[:, :2] * (flat and straightness(take.velocity) > SLIDING.straight)
+
+
+def straightness(velocity: Float[np.ndarray, "frames 3"]) -> float:
+    """Return how straight an object goes over the floor: 1 for a line, 0 for to and fro, or if it stays."""
+    speed = np.linalg.norm(velocity[:, :2], axis=1).sum()
+    return float(np.linalg.norm(velocity[:, :2].sum(axis=0)) / max(speed, 1e-9))
+
+
+def has_front(velocity: Float[np.ndarray, "frames 3"]) -> bool:
+    """Return whether an object goes somewhere over the floor, so that its way has a front and a back."""
+    way = float(np.linalg.norm(velocity[:, :2].sum(axis=0))) / FPS
+    return way > SAID.least_way and straightness(velocity) > SAID.least_straight
 
 
 _HALF_TURN = torch.tensor([-1.0, -1.0, 1.0]).repeat(2)
@@ -204,11 +220,11 @@ def select_by_coverage(
     """
     x = features if placed else move_to_lighter_side(features, clip)
     possible = PalmHolds.of(x, clip).plausible
-    if not placed:
-        possible &= ~stands_in_front(x, clip)
-    plausible = np.flatnonzero(possible)
-    if len(plausible) >= samples:
-        x = x[torch.from_numpy(plausible)]
+    behind = possible if placed else possible & ~stands_in_front(x, clip)
+    for some in (behind, possible):
+        if some.sum() >= samples:
+            x = x[torch.from_numpy(some)]
+            break
     kept = torch.from_numpy(k_medoids(_palms(x), samples))
     selected = kernel_mean(x)[kept]
     return selected if placed else add_opposite_side(selected, clip)

@@ -55,6 +55,11 @@ class SlidingConfig:
         0.05, "m", "Height of its lowest point below which an object stays on the floor."
     )
     slowest: float = setting(0.1, "m/s", "Speed of its centre from which an object slides.")
+    straight: float = setting(
+        0.3,
+        "share",
+        "Way from end to end, as a share of the whole, below which it goes to and fro.",
+    )
     ahead: float = setting(
         0.2,
         "share",
@@ -123,6 +128,12 @@ class SaidConfig:
     )
     nearest_side: float = setting(
         0.2, "m", "Distance from the object's centre within which a place is on no side of it."
+    )
+    least_way: float = setting(
+        0.2, "m", "Way that an object must go over the floor to have a front."
+    )
+    least_straight: float = setting(
+        0.3, "share", "Least way from end to end, as a share of the whole, of what has a front."
     )
     side_frames: int = setting(30, "frames", "Time over which a hypothesis is on a side.")
     end_tolerance: float = setting(

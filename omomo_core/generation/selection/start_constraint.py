@@ -108,13 +108,16 @@ def select_by_start(
     """
     hypotheses = kernel_mean(features)
     possible = torch.from_numpy(PalmHolds.of(hypotheses, clip).plausible)
-    if not placed:
-        possible &= ~torch.from_numpy(stands_in_front(hypotheses, clip))
     possible &= ~_too_far_to_walk(hypotheses, start.position)
     if isinstance(start, StartPose):
         possible &= start.in_reach(hypotheses)
-    if int(possible.sum()) >= samples:
-        hypotheses = hypotheses[possible]
+    behind = possible
+    if not placed:
+        behind = possible & ~torch.from_numpy(stands_in_front(hypotheses, clip))
+    for some in (behind, possible):
+        if int(some.sum()) >= samples:
+            hypotheses = hypotheses[some]
+            break
     if isinstance(start, StartPose) and start.holds:
         count = max(math.ceil(START.candidates_per_sample * samples), START.fewest_candidates)
         nearest = start.distance(hypotheses[:, 0]).argsort(stable=True)

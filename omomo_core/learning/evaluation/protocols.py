@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from omomo_core.body.model import BodyModel
 from omomo_core.contact.static_stability import middle_of_hold, must_be_held
-from omomo_core.generation.conditioning import Conditioning, Pose
+from omomo_core.generation.conditioning import Conditioning, PlaceInTime, Pose
 from omomo_core.generation.generation_options import GenerationOptions
 from omomo_core.generation.generator import generate
 from omomo_core.geometry.object_features import ObjectFeatures, object_features
@@ -105,12 +105,13 @@ def ask(
         return _unlearned(truth, options.samples, options.seed)
     clip = truth.clip
     palms = HandMotion(clip.joints[:, 22:], truth.held[0].astype(float))
+    middle = middle_of_hold(truth.must_hold)
     known = Conditioning(
         hands=palms if task.method == "gt_palms" else None,
         start_pose=Pose(clip.root[0], clip.rotations[0]) if task.first_frame else None,
         start_position=clip.root[0, :2] if "_stood" in task.method else None,
         end_position=clip.root[-1, :2] if "_ends" in task.method else None,
-        side=clip.root[middle_of_hold(truth.must_hold), :2] if "_side" in task.method else None,
+        side=PlaceInTime(clip.root[middle, :2], middle) if "_side" in task.method else None,
         held_with=truth.hands if "_hands" in task.method else None,
     )
     theirs = body or clip.body

@@ -4,7 +4,7 @@ import { withPeople } from "/static/viewer/pack.js";
 /** @import {Pack} from "/static/viewer/pack.js"
  *  @import {Stage} from "./stage.js" */
 
-const WAIT = 600; // milliseconds without another correction
+const WAIT = 150; // milliseconds without another correction
 
 export class Trial {
   timer = 0;
