@@ -117,7 +117,7 @@ def scene_of(
         InputError: "robot-extra-missing" or "robot-scene".
     """
     settings = settings or SceneSettings()
-    parts, spec = convex_parts(mesh, settings), robot_spec(robot.path)
+    spec, parts = robot_spec(robot.path), convex_parts(mesh, settings)
     try:
         _copy_assets(spec, robot.path.parent, folder / SCENE)
         for key in spec.keys:
@@ -125,7 +125,7 @@ def scene_of(
         _add_floor_and_object(spec, parts, settings)
         spec.compile()
     except (OSError, ValueError) as error:
-        raise unreadable(robot.path, error, "robot-scene", "put it into a scene") from error
+        raise unreadable(robot.path, error, "robot-scene", "make a scene of this robot") from error
     return spec
 
 
@@ -136,13 +136,7 @@ def _add_floor_and_object(
     named = [*spec.bodies, *spec.joints, *spec.geoms, *spec.meshes]
     floor, name = (_free_name(word, [one.name for one in named]) for word in ("floor", "object"))
     # The robot's defaults are not for these.
-    plain = {
-        "contype": 1,
-        "conaffinity": 1,
-        "condim": 3,
-        "friction": [1, 0.005, 0.0001],
-        "group": 0,
-    }
+    plain = {"contype": 1, "conaffinity": 1, "condim": 3, "friction": [1, 5e-3, 1e-4], "group": 0}
     spec.worldbody.add_light(pos=[0, 0, 4], dir=[0, 0, -1])
     floors = [g for g in spec.worldbody.geoms if g.type == kinds.mjGEOM_PLANE]
     if not any((g.contype | g.conaffinity) & 1 and abs(g.pos[2]) < 1e-6 for g in floors):

@@ -204,7 +204,7 @@ def robot_spec(path: Path) -> Any:
 def unreadable(
     path: Path, error: Exception, code: str = "robot-unreadable", deed: str = "read this robot"
 ) -> InputError:
-    """Return the error of a robot that MuJoCo, or the disk, cannot do a deed with."""
+    """Return the error of a robot that MuJoCo cannot read, or do another deed with."""
     return InputError(
         code,
         f"MuJoCo cannot {deed}: {str(error).strip().splitlines()[0]}",
