@@ -1,12 +1,12 @@
 """A sample of a result becomes a robot's motion: a folder of files, and what the robot could not do."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from capture_app.commands.export import ExportRequest
+from capture_app.exports.export_sample import Exported
 from capture_app.exports.resample import Sampled, at_rate
 from capture_app.progress import Progress, silent
 from capture_app.result import Result, body_of, load_result, sample_index
@@ -24,14 +24,6 @@ NEAR = 0.015
 """Metres: a palm that is farther from its place on the object is reported."""
 _JOINED = 0.3
 """Seconds between two spans that are reported as one."""
-
-
-@dataclass(frozen=True)
-class RobotExported:
-    """The files that were written, and what the robot could not reach, in sentences."""
-
-    files: tuple[Path, ...]
-    notes: tuple[str, ...]
 
 
 def robot_motion(
@@ -52,7 +44,7 @@ def robot_motion(
     return solve_robot(model, robot_targets(model, sampled, body))
 
 
-def export_robot(request: ExportRequest, progress: Progress = silent) -> RobotExported:
+def export_robot(request: ExportRequest, progress: Progress = silent) -> Exported:
     """Write the folder of a robot's motion; it appears whole or not at all.
 
     Args:
@@ -80,9 +72,8 @@ def export_robot(request: ExportRequest, progress: Progress = silent) -> RobotEx
         sampled = sampled_person(result, index, float(request.fps))
         motion = robot_motion(request.robot, request.frames, sampled, body_of(result))
         files = write_robot_files(folder, motion, sampled.object_motion, scene)
-    return RobotExported(
-        tuple(target / f.relative_to(folder) for f in files), tuple(unreached(motion))
-    )
+    files = tuple(target / f.relative_to(folder) for f in files)
+    return Exported(files, tuple(unreached(motion)))
 
 
 def sampled_person(result: Result, index: int, fps: float) -> Sampled:
