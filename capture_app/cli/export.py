@@ -5,7 +5,7 @@ from typing import Any
 from capture_app.cli import options
 from capture_app.cli.console import progress_bars, say
 from capture_app.cli.derived import derived
-from capture_app.commands.export import ExportFormat, ExportRequest
+from capture_app.commands.export import ExportRequest
 from capture_app.commands.request import validated
 
 
@@ -25,8 +25,7 @@ def export(result: options.Result, file: options.ExportFile = None, **said: Any)
     asked = {**said, "result": result, "output": file or result}
     request = validated(ExportRequest, asked, "option-invalid")
     with progress_bars() as progress:
-        robot = request.to is ExportFormat.robot or (request.to is None and request.robot)
-        written = (export_robot if robot else export_result)(request, progress)
+        written = (export_robot if request.is_of_robot else export_result)(request, progress)
     for note in written.notes:
         say("Note", note, "yellow")
     for path in written.files:

@@ -4,10 +4,11 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from capture_app.commands.inputs import Sample, shown
 from capture_app.commands.request import Request
+from omomo_core.errors import InputError
 
 UpAxis = Literal["y", "z"]
 Units = Literal["m", "cm"]
@@ -116,3 +117,22 @@ class ExportRequest(ExportOptions, Request):
         Path | None,
         Field(description="File that maps the robot's bodies, if it is not a Unitree G1 or H1."),
     ] = None
+
+    @property
+    def is_of_robot(self) -> bool:
+        """Whether a robot's folder is asked for."""
+        return self.to is ExportFormat.robot or (self.to is None and self.robot is not None)
+
+    @model_validator(mode="after")
+    def _all_is_used(self) -> "ExportRequest":
+        own = "skeleton blender bones up units" if self.is_of_robot else "robot frames"
+        for field in own.split():
+            if getattr(self, field) != type(self).model_fields[field].default:
+                kind = "files of other programs" if self.is_of_robot else "the motion of a robot"
+                raise InputError(
+                    "option-unused",
+                    f"This option is only for {kind}.",
+                    field=field,
+                    fix=f"Leave it out, or change ‹to›, which is {self.to or 'not given'}.",
+                )
+        return self

@@ -1,16 +1,16 @@
 """A sample of a result becomes a robot's motion: a folder of files, and what the robot could not do."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from capture_app.commands.export import ExportRequest
+from capture_app.exports.export_sample import Exported
 from capture_app.exports.resample import Sampled, at_rate
 from capture_app.progress import Progress, silent
 from capture_app.result import Result, body_of, load_result, sample_index
-from capture_app.robots.robot_files import write_robot_files
+from capture_app.robots.robot_files import ARRAYS, scene_of, write_robot_files
 from capture_app.robots.robot_model import load_robot
 from capture_app.robots.robot_solver import RobotMotion, solve_robot
 from capture_app.robots.robot_targets import robot_targets
@@ -24,14 +24,6 @@ NEAR = 0.015
 """Metres: a palm that is farther from its place on the object is reported."""
 _JOINED = 0.3
 """Seconds between two spans that are reported as one."""
-
-
-@dataclass(frozen=True)
-class RobotExported:
-    """The files that were written, and what the robot could not reach, in sentences."""
-
-    files: tuple[Path, ...]
-    notes: tuple[str, ...]
 
 
 def robot_motion(
@@ -52,7 +44,7 @@ def robot_motion(
     return solve_robot(model, robot_targets(model, sampled, body))
 
 
-def export_robot(request: ExportRequest, progress: Progress = silent) -> RobotExported:
+def export_robot(request: ExportRequest, progress: Progress = silent) -> Exported:
     """Write the folder of a robot's motion; it appears whole or not at all.
 
     Args:
@@ -60,7 +52,8 @@ def export_robot(request: ExportRequest, progress: Progress = silent) -> RobotEx
         progress: told the stage "solve" where the sample was not solved yet.
 
     Raises:
-        InputError: "robot-needed", see `load_robot`; or the result cannot be read, or the folder exists.
+        InputError: "robot-needed", see `load_robot` and `scene_of`; or the result cannot be read, or the
+            folder exists.
     """
     if request.robot is None:
         raise InputError(
@@ -69,18 +62,18 @@ def export_robot(request: ExportRequest, progress: Progress = silent) -> RobotEx
             field="robot",
             fix="Give its MJCF or URDF file with ‹robot›.",
         )
-    load_robot(request.robot, request.frames)
+    robot = load_robot(request.robot, request.frames)
     result = load_result(request.result)
     index = sample_index(result, request.sample)
-    result = solved_result(result, [index], progress)
     target = _target(request, result)
-    sampled = sampled_person(result, index, float(request.fps))
-    motion = robot_motion(request.robot, request.frames, sampled, body_of(result))
     with staged_folder(target) as folder:
-        files = write_robot_files(folder, motion, sampled.object_motion)
-    return RobotExported(
-        tuple(target / f.relative_to(folder) for f in files), tuple(unreached(motion))
-    )
+        scene = scene_of(folder, robot, result.object_motion.mesh)
+        result = solved_result(result, [index], progress)
+        sampled = sampled_person(result, index, float(request.fps))
+        motion = robot_motion(request.robot, request.frames, sampled, body_of(result))
+        files = write_robot_files(folder, motion, sampled.object_motion, scene)
+    files = tuple(target / f.relative_to(folder) for f in files)
+    return Exported(files, tuple(unreached(motion)))
 
 
 def sampled_person(result: Result, index: int, fps: float) -> Sampled:
@@ -90,10 +83,18 @@ def sampled_person(result: Result, index: int, fps: float) -> Sampled:
 
 
 def _target(request: ExportRequest, result: Result) -> Path:
-    if not request.output.is_dir():
-        return request.output
-    suffix = "" if request.sample is None else f"_sample_{request.sample}"
-    return request.output / f"{result.folder.resolve().name}{suffix}_robot"
+    target = request.output
+    if target.is_dir() and not (target / ARRAYS).exists():
+        suffix = "" if request.sample is None else f"_sample_{request.sample}"
+        target /= f"{result.folder.resolve().name}{suffix}_robot"
+    if target.exists() or target.is_symlink():
+        raise InputError(
+            "output-exists",
+            "There is a file or folder of this name already, and exports replace none.",
+            where=str(target),
+            fix="Choose another name with ‹output›.",
+        )
+    return target
 
 
 def unreached(motion: RobotMotion) -> Iterator[str]:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from capture_app.robots.robot_model import Robot, robot_package, robot_spec
+from capture_app.robots.robot_model import Robot, robot_package, robot_spec, unreadable
 from capture_app.robots.robot_solver import RobotMotion
 from omomo_core.geometry.rotations import xyzw_from_matrix
 from omomo_core.motion import ObjectMesh, ObjectMotion
@@ -36,21 +36,15 @@ class SceneSettings:
 
 
 def write_robot_files(
-    folder: Path,
-    motion: RobotMotion,
-    moved: ObjectMotion,
-    settings: SceneSettings | None = None,
+    folder: Path, motion: RobotMotion, moved: ObjectMotion, scene: Any
 ) -> tuple[Path, ...]:
     """Write all files of a robot's motion into a folder, and return their paths.
 
     Args:
-        folder: exists, and is empty.
+        folder: exists, and holds nothing but what `scene_of` made in it.
         motion: at the rate of the files.
         moved: the object, as many frames.
-        settings: of the scene.
-
-    Raises:
-        InputError: "robot-extra-missing".
+        scene: from `scene_of`; gets the key "start", which holds the first frame.
     """
     table, header, arrays = (folder / name for name in (TABLE, HEADER, ARRAYS))
     write_joint_table(table, header, motion)
@@ -66,8 +60,12 @@ def write_robot_files(
             hand_contact=motion.targets.held,
             foot_contact=motion.targets.planted,
         )
-    scene = write_scene(folder / SCENE, motion.robot, moved.mesh, qpos[0], settings)
-    return table, header, arrays, scene
+    scene.add_key(name="start", qpos=qpos[0])
+    # A model is complete only once it has been compiled.
+    scene.compile()
+    file = folder / SCENE / "scene.xml"
+    file.write_text(scene.to_xml(), encoding="utf-8")
+    return table, header, arrays, file
 
 
 def write_joint_table(table: Path, header: Path, motion: RobotMotion) -> None:
@@ -101,55 +99,63 @@ def with_object(
     return np.hstack([motion.qpos, T[:, :3, 3], turns])
 
 
-def write_scene(
-    folder: Path,
-    robot: Robot,
-    mesh: ObjectMesh,
-    qpos: Float[np.ndarray, " qpos_and_object"],
-    settings: SceneSettings | None = None,
-) -> Path:
-    """Write a MuJoCo scene of the robot, the object and a floor, and return its file.
+def scene_of(
+    folder: Path, robot: Robot, mesh: ObjectMesh, settings: SceneSettings | None = None
+) -> Any:
+    """Return the mujoco.MjSpec of a scene of the robot, the object and a floor, without its file.
 
-    The object is a free body of convex parts behind the robot; the key "start" holds the first frame.
+    The object is a free body of convex parts behind the robot. Keys of the robot are left out: they do
+    not say where the object is.
 
     Args:
-        folder: is made; the robot's meshes are copied into it.
-        robot: whose model is taken as it is.
+        folder: of the motion; files that the scene needs are copied into a folder of it.
+        robot: whose model is taken as it is; a floor that it has is kept.
         mesh: of the object.
-        qpos: of the first frame, the object's last.
         settings: of the object.
 
     Raises:
-        InputError: "robot-extra-missing".
+        InputError: "robot-extra-missing" or "robot-scene".
     """
-    settings, mujoco = settings or SceneSettings(), robot_package("mujoco")
-    folder.mkdir()
-    spec = robot_spec(robot.path)
-    _copy_meshes(spec, robot.path.parent, folder / "meshes")
-    spec.meshdir = "meshes"
+    settings = settings or SceneSettings()
+    spec, parts = robot_spec(robot.path), convex_parts(mesh, settings)
+    try:
+        _copy_assets(spec, robot.path.parent, folder / SCENE)
+        for key in spec.keys:
+            spec.delete(key)
+        _add_floor_and_object(spec, parts, settings)
+        spec.compile()
+    except (OSError, ValueError) as error:
+        raise unreadable(robot.path, error, "robot-scene", "make a scene of this robot") from error
+    return spec
+
+
+def _add_floor_and_object(
+    spec: Any, parts: list[tuple[np.ndarray, np.ndarray]], settings: SceneSettings
+) -> None:
+    kinds: Any = robot_package("mujoco").mjtGeom
+    named = [*spec.bodies, *spec.joints, *spec.geoms, *spec.meshes]
+    floor, name = (_free_name(word, [one.name for one in named]) for word in ("floor", "object"))
+    # The robot's defaults are not for these.
+    plain = {"contype": 1, "conaffinity": 1, "condim": 3, "friction": [1, 5e-3, 1e-4], "group": 0}
     spec.worldbody.add_light(pos=[0, 0, 4], dir=[0, 0, -1])
-    spec.worldbody.add_geom(
-        name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], rgba=[0.9, 0.9, 0.88, 1]
-    )
-    body = spec.worldbody.add_body(name="object")
-    body.add_freejoint(name="object")
-    for k, (vertices, faces) in enumerate(convex_parts(mesh, settings)):
-        name = f"object_{k}"
-        spec.add_mesh(name=name, uservert=vertices.ravel(), userface=faces.ravel())
-        body.add_geom(
-            name=name,
-            type=mujoco.mjtGeom.mjGEOM_MESH,
-            meshname=name,
-            density=settings.density,
-            rgba=[0.85, 0.55, 0.25, 1],
-        )
-    spec.add_key(name="start", qpos=qpos)
-    scene = folder / "scene.xml"
-    # A model is complete only once it has been compiled, and needs its meshes for that.
-    spec.modelfiledir = str(folder)
-    spec.compile()
-    scene.write_text(spec.to_xml(), encoding="utf-8")
-    return scene
+    floors = [g for g in spec.worldbody.geoms if g.type == kinds.mjGEOM_PLANE]
+    if not any((g.contype | g.conaffinity) & 1 and abs(g.pos[2]) < 1e-6 for g in floors):
+        look = {"size": [0, 0, 0.05], "rgba": [0.9, 0.9, 0.88, 1]}
+        spec.worldbody.add_geom(name=floor, type=kinds.mjGEOM_PLANE, **plain, **look)
+    body = spec.worldbody.add_body(name=name)
+    body.add_freejoint(name=name)
+    plain |= {"density": settings.density, "rgba": [0.85, 0.55, 0.25, 1]}
+    for k, (vertices, faces) in enumerate(parts):
+        part = f"{name}_{k}"
+        mesh = spec.add_mesh(name=part, scale=[1, 1, 1])
+        mesh.uservert, mesh.userface = vertices.ravel(), faces.ravel()
+        body.add_geom(name=part, type=kinds.mjGEOM_MESH, meshname=part, **plain)
+
+
+def _free_name(word: str, taken: list[str]) -> str:
+    while any(name == word or name.startswith(f"{word}_") for name in taken):
+        word = f"omocap_{word}"
+    return word
 
 
 def convex_parts(
@@ -165,11 +171,22 @@ def convex_parts(
     return [(np.asarray(v, float), np.asarray(f, int)) for v, f in parts]
 
 
-def _copy_meshes(spec: Any, home: Path, folder: Path) -> None:
-    folder.mkdir()
-    for mesh in spec.meshes:
-        if mesh.file:
-            source = home / spec.meshdir / mesh.file
-            target = folder / Path(mesh.file).name
-            shutil.copyfile(source, target)
-            mesh.file = target.name
+def _copy_assets(spec: Any, home: Path, folder: Path) -> None:
+    """Copy meshes, height fields, skins and pictures into `meshes`, each under a name of its own."""
+    (folder / "meshes").mkdir(parents=True)
+
+    def copied(source: str, base: str) -> str:
+        path = home / base / (Path(source).name if spec.strippath else source)
+        target = folder / "meshes" / path.name
+        while target.exists():
+            target = target.with_name(f"_{target.name}")
+        shutil.copyfile(path, target)
+        return target.name
+
+    for asset in (*spec.meshes, *spec.hfields, *spec.skins):
+        asset.file = asset.file and copied(asset.file, spec.meshdir)
+    for texture in spec.textures:
+        texture.file = texture.file and copied(texture.file, spec.texturedir)
+        texture.cubefiles = [f and copied(f, spec.texturedir) for f in texture.cubefiles]
+    spec.meshdir = spec.texturedir = "meshes"
+    spec.strippath, spec.modelfiledir = False, str(folder)

@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, FiniteFloat, ValidationError, model_validator
 from scipy.spatial.transform import Rotation
 
-from omomo_core.errors import InputError
+from capture_app.commands.request import first_problem
+from omomo_core.errors import InputError, in_words
 
-Vector = tuple[float, float, float]
+Vector = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
 SIDES = ("left", "right")
 
 
@@ -33,6 +34,13 @@ class RobotFrame(BaseModel):
     """Axis of the body that looks forward; of a hand, the one along its fingers."""
     up: Vector = (0.0, 0.0, 1.0)
     """Axis of the body that looks up; of a hand, the one toward its thumb."""
+
+    @model_validator(mode="after")
+    def _axes(self) -> "RobotFrame":
+        lengths = np.linalg.norm([self.forward, self.up], axis=1)
+        if not lengths.all() or abs(np.dot(self.forward, self.up)) > 0.1 * lengths.prod():
+            raise ValueError("forward and up must be two axes at a right angle")
+        return self
 
     @property
     def R_body_frame(self) -> Float[np.ndarray, "3 3"]:
@@ -54,13 +62,13 @@ class RobotMap(BaseModel):
     right_palm: RobotFrame
     left_elbow: RobotFrame
     right_elbow: RobotFrame
-    sole: float
+    sole: FiniteFloat
     """Height of the ankles' points over the floor when the feet stand, metres."""
     arms: tuple[str, str]
     """First bodies of the left and the right arm: what hangs on them may hit trunk and legs."""
     legs: tuple[str, str]
     """First bodies of the left and the right leg."""
-    stance: dict[str, float] = {}
+    stance: dict[str, FiniteFloat] = {}
     """Joint -> angle in radians of an easy stance, from which the first frame is searched."""
 
     @property
@@ -154,7 +162,7 @@ def load_robot(path: Path, frames: Path | None = None) -> Robot:
         chosen = _map_of(path, spec, frames)
         model = _with_sites(spec, chosen).compile()
     except ValueError as error:
-        raise _unreadable(path, error) from error
+        raise unreadable(path, error) from error
     free, rest = int(mujoco.mjtJoint.mjJNT_FREE), model.jnt_type[1:]
     hinges = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
     if model.jnt_type[0] != free or not np.isin(rest, hinges).all():
@@ -165,10 +173,22 @@ def load_robot(path: Path, frames: Path | None = None) -> Robot:
             fix="Give the model of the robot alone, without a scene.",
         )
     joints = tuple(model.joint(k).name for k in range(1, model.njnt))
-    standing = np.array(model.qpos0)
+    standing, (low, high) = np.array(model.qpos0), joint_range(model)
     for name, angle in chosen.stance.items():
+        k = joints.index(name) if name in joints else None
+        if frames and (k is None or not low[k] <= angle <= high[k]):
+            may = "has no angle" if k is None else f"goes from {low[k]:.3f} to {high[k]:.3f}"
+            raise _no_map(frames, f"stance gives {name} {angle:g} rad, but that joint {may}")
         standing[7 + joints.index(name)] = angle
+    standing[7:] = np.clip(standing[7:], low, high)
     return Robot(path, model, chosen, joints, standing)
+
+
+def joint_range(model: Any) -> tuple[Float[np.ndarray, " joints"], Float[np.ndarray, " joints"]]:
+    """Return the least and the greatest value of each joint but the free one."""
+    limited = model.jnt_limited[1:] > 0
+    low, high = model.jnt_range[1:].T
+    return np.where(limited, low, -np.inf), np.where(limited, high, np.inf)
 
 
 def robot_spec(path: Path) -> Any:
@@ -181,12 +201,15 @@ def robot_spec(path: Path) -> Any:
     return spec
 
 
-def _unreadable(path: Path, error: Exception) -> InputError:
+def unreadable(
+    path: Path, error: Exception, code: str = "robot-unreadable", deed: str = "read this robot"
+) -> InputError:
+    """Return the error of a robot that MuJoCo cannot read, or do another deed with."""
     return InputError(
-        "robot-unreadable",
-        f"MuJoCo cannot read this robot: {str(error).strip().splitlines()[0]}",
+        code,
+        f"MuJoCo cannot {deed}: {str(error).strip().splitlines()[0]}",
         where=str(path),
-        fix="Give an MJCF or URDF file whose meshes are where it says.",
+        fix="Give an MJCF or URDF file of the robot alone, whose meshes are where it says.",
     )
 
 
@@ -234,13 +257,13 @@ def _needed(chosen: RobotMap) -> set[str]:
 def _read_map(path: Path) -> RobotMap:
     try:
         return RobotMap.model_validate(json.loads(path.read_text(encoding="utf-8")))
-    except FileNotFoundError as error:
-        raise InputError("robot-frames", "There is no such file.", where=str(path)) from error
-    except (ValidationError, ValueError) as error:
-        problem = str(error).splitlines()[-2:][0] if isinstance(error, ValidationError) else error
-        raise InputError(
-            "robot-frames",
-            f"This file is not a map of a robot's bodies: {problem}.",
-            where=str(path),
-            fix="docs/robots.md shows one.",
-        ) from error
+    except ValidationError as error:
+        raise _no_map(path, ": ".join(first_problem(error.errors()))) from error
+    except (OSError, ValueError) as error:
+        raise _no_map(path, in_words(error)) from error
+
+
+def _no_map(path: Path, problem: str) -> InputError:
+    what = f"This file cannot be used as the map of the robot's bodies: {problem}."
+    fix = "Correct it; docs/robots.md shows one."
+    return InputError("robot-frames", what, where=str(path), fix=fix)

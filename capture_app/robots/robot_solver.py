@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.spatial.transform import Rotation
 
-from capture_app.robots.robot_model import SIDES, Robot, robot_package, site_of
+from capture_app.robots.robot_model import SIDES, Robot, joint_range, robot_package, site_of
 from capture_app.robots.robot_targets import RobotTargets
 
 
@@ -35,8 +35,6 @@ class RobotSettings:
     swinging: tuple[float, float] = (60.0, 10.0)
     held: tuple[float, float] = (40.0, 0.6)
     """Costs of a holding hand."""
-    strained: float = 0.05
-    """Metres off its place from which a hand pulls less and less, so that it pulls no foot away."""
     free: tuple[float, float] = (4.0, 0.4)
     pelvis: tuple[float, float] = (1.5, 1.0)
     torso: tuple[float, float] = (0.0, 1.0)
@@ -155,7 +153,7 @@ class RobotSolver:
         self._posture = self._mink.PostureTask(robot.model, cost=settings.posture * free)
         self._posture.set_target(robot.standing)
         self._still = self._mink.PostureTask(robot.model, cost=settings.still * free)
-        self._range = _joint_range(robot.model)
+        self._range = joint_range(robot.model)
 
     def solve(self) -> Float[np.ndarray, "frames qpos"]:
         """Return the joints of every frame: root x, y, z, quaternion (w first), then radians."""
@@ -191,15 +189,6 @@ class RobotSolver:
             self._set_costs(f"{side}_palm", hand)
             self._set_costs(f"{side}_elbow", settings.elbow)
 
-    def _hand_costs(self, frame: int, k: int) -> tuple[float, float]:
-        """Return the costs of a hand; less where it is far from its place."""
-        if not self._targets.held[frame, k]:
-            return self._settings.free
-        site = self._configuration.data.site(site_of(f"{SIDES[k]}_palm"))
-        miss = float(np.linalg.norm(site.xpos - self._targets.palms[frame, k]))
-        place, turn = self._settings.held
-        return place * min(1.0, self._settings.strained / max(miss, 1e-6)), turn
-
     def _set_costs(self, name: str, costs: tuple[float, float]) -> None:
         self._tasks[name].cost[:3], self._tasks[name].cost[3:] = costs
 
@@ -233,12 +222,6 @@ class RobotSolver:
             # The solver keeps bounds up to a tolerance only.
             step = np.clip(solution.x, problem.lb, problem.ub)
             configuration.integrate_inplace(step, 1.0)
-
-
-def _joint_range(model: Any) -> tuple[Float[np.ndarray, " joints"], Float[np.ndarray, " joints"]]:
-    limited = model.jnt_limited[1:] > 0
-    low, high = model.jnt_range[1:].T
-    return np.where(limited, low, -np.inf), np.where(limited, high, np.inf)
 
 
 def _beginning(robot: Robot, targets: RobotTargets) -> Float[np.ndarray, " qpos"]:

@@ -2,11 +2,15 @@
 
 import csv
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
+from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from capture_app.cli.app import invoke
@@ -18,8 +22,9 @@ from capture_app.exports.resample import Sampled
 from capture_app.pipeline import run_take
 from capture_app.rendering import render_result
 from capture_app.result import Result, body_of
-from capture_app.robots import robot_model
+from capture_app.robots import robot_files, robot_model
 from capture_app.robots.export_robot import export_robot, robot_motion, unreached
+from capture_app.robots.robot_files import scene_of
 from capture_app.robots.robot_model import load_robot
 from capture_app.robots.robot_solver import RobotMotion
 from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
@@ -289,6 +294,174 @@ def test_on_the_command_line(
     words = ["export", str(result.folder), "--to", "robot", "-o", str(tmp_path / "out")]
     assert invoke(words) == 2
     assert "--robot" in capsys.readouterr().err
+
+
+PLANE = '<geom name="floor" type="plane" size="0 0 1"/>'
+HANDS = """<asset><mesh name="l" file="l/hand.stl"/><mesh name="r" file="r/hand.stl"/></asset><worldbody>
+  <geom type="mesh" mesh="l"/><geom type="mesh" mesh="r"/></worldbody>"""
+LOOKS = """<asset><texture name="a" type="2d" file="a.png"/><texture name="b" type="cube" fileleft="a.png"/>
+  <hfield name="h" file="a.png" size="1 1 1 1"/><material name="a" texture="a"/></asset>
+  <worldbody><geom type="hfield" hfield="h" pos="9 9 0" material="a"/></worldbody>"""
+OBJECT = """<asset><mesh name="object_0" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset><worldbody>
+  <body name="object"><geom name="object_0" type="mesh" mesh="object_0"/></body></worldbody>"""
+
+
+def scene_with(
+    result: Result, humanoid: tuple[Path, Path], folder: Path, inside: str, compiler: str = ""
+) -> Any:
+    """Write a robot with more in it and its scene, remove the robot, and read the scene."""
+    home, made = folder / "robot", folder / "made"
+    for side, size in (("l", 0.1), ("r", 0.2)):
+        (home / side).mkdir(parents=True)
+        trimesh.creation.box(extents=[size] * 3).export(home / side / "hand.stl")
+    shutil.copyfile(home / "l/hand.stl", home / "hand.stl")
+    Image.fromarray(np.arange(64, dtype=np.uint8).reshape(8, 8)).save(home / "a.png")
+    text = humanoid[0].read_text().replace('"radian"', f'"radian" {compiler}')
+    (home / "robot.xml").write_text(text.replace("</mujoco>", inside + "</mujoco>"))
+    made.mkdir()
+    spec = scene_of(made, load_robot(home / "robot.xml", humanoid[1]), result.object_motion.mesh)
+    spec.add_key(name="start", qpos=np.zeros(spec.compile().nq))
+    (made / "scene/scene.xml").write_text(spec.to_xml())
+    shutil.rmtree(home)
+    return mujoco.MjModel.from_xml_path(str(made / "scene/scene.xml"))
+
+
+@pytest.mark.parametrize("taken", [f"<worldbody>{PLANE}</worldbody>", OBJECT, "KEY"])
+def test_a_scene_takes_names_that_are_free(
+    result: Result, humanoid: tuple[Path, Path], tmp_path: Path, taken: str
+) -> None:
+    pytest.importorskip("coacd")
+    qpos = " ".join(map(str, load_robot(*humanoid).standing))
+    inside = taken.replace("KEY", f'<keyframe><key name="start" qpos="{qpos}"/></keyframe>')
+    model = scene_with(result, humanoid, tmp_path, inside)
+    assert (model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE).sum() == 1
+    assert (model.nkey, model.nq) == (1, load_robot(*humanoid).model.nq + 7)
+    name = "omocap_object" if taken == OBJECT else "object"
+    assert model.body(name).mass[0] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("inside", "compiler", "sizes"),
+    [(HANDS, "", [0.05, 0.1]), (HANDS, 'strippath="true"', [0.05, 0.05]), (LOOKS, "", [])],
+)
+def test_a_scene_holds_all_files_that_it_needs(
+    result: Result,
+    humanoid: tuple[Path, Path],
+    tmp_path: Path,
+    inside: str,
+    compiler: str,
+    sizes: list[float],
+) -> None:
+    pytest.importorskip("coacd")
+    model = scene_with(result, humanoid, tmp_path, inside, compiler)
+    assert (model.ntex, model.nhfield) == ((0, 0) if sizes else (2, 1))
+    found = [np.abs(model.geom_aabb[model.geom_dataid == k, 3]).max() for k in range(len(sizes))]
+    assert found == pytest.approx(sizes)
+
+
+def test_a_robots_defaults_are_not_the_objects(
+    result: Result, humanoid: tuple[Path, Path], tmp_path: Path
+) -> None:
+    pytest.importorskip("coacd")
+    inside = """<default><mesh scale=".001 .001 .001"/>
+      <geom contype="0" conaffinity="0" friction="0 0 0"/></default>"""
+    model = scene_with(result, humanoid, tmp_path, inside)
+    volume = np.prod(np.ptp(result.object_motion.mesh.vertices, axis=0))
+    assert model.body("object").mass[0] == pytest.approx(200 * volume, rel=0.1)
+    for name in ("floor", "object_0"):
+        geom = model.geom(name)
+        assert (geom.contype[0], geom.conaffinity[0], geom.friction[0]) == (1, 1, 1.0)
+
+
+def test_a_scene_that_cannot_be_made_is_said_before_the_motion_is_solved(
+    result: Result, humanoid: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    pytest.importorskip("coacd")
+    monkeypatch.setattr(robot_files, "_copy_assets", full)
+    monkeypatch.setattr("capture_app.robots.export_robot.solved_result", None)
+    output = tmp_path / "out"
+    request = ExportRequest(
+        result=result.folder, output=output, robot=humanoid[0], frames=humanoid[1]
+    )
+    with pytest.raises(InputError, match="No space left") as caught:
+        export_robot(request)
+    assert (caught.value.code, list(tmp_path.iterdir())) == ("robot-scene", [])
+
+
+def test_the_easy_stance_is_within_the_ranges(humanoid: tuple[Path, Path], tmp_path: Path) -> None:
+    model = tmp_path / "bent.xml"
+    model.write_text(humanoid[0].read_text().replace('range="-.5 .9"', 'range=".2 .9"'))
+    robot = load_robot(model, humanoid[1])
+    assert robot.standing[7 + robot.joints.index("bow")] == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"stance": {"left_knee": -0.5}}, "from 0.000 to 2.600"),
+        ({"stance": {"root": 0.5}}, "root"),
+        ({"pelvis": {"body": "hips", "forward": [0, 0, 0]}}, "right angle"),
+        ({"pelvis": {"body": "hips", "forward": [0, 0.1, 1]}}, "right angle"),
+        ({"pelvis": {"body": "hips", "point": [0, float("nan"), 0]}}, "pelvis.point.1: .*finite"),
+        ({"sole": float("nan")}, "sole: .*finite"),
+        (None, "is a directory"),
+    ],
+)
+def test_a_map_that_makes_no_sense_is_refused(
+    humanoid: tuple[Path, Path], tmp_path: Path, changed: dict[str, Any] | None, words: str
+) -> None:
+    model, frames = tmp_path / "named.xml", tmp_path / "map.json"
+    model.write_text(humanoid[0].read_text().replace("<freejoint/>", '<freejoint name="root"/>'))
+    if changed is None:
+        frames.mkdir()
+    else:
+        frames.write_text(json.dumps(json.loads(humanoid[1].read_text()) | changed))
+    with pytest.raises(InputError, match=words) as caught:
+        load_robot(model, frames)
+    assert (caught.value.code, caught.value.where) == ("robot-frames", str(frames))
+
+
+@pytest.mark.parametrize("kind", ["file", "folder of a robot"])
+def test_what_is_there_is_neither_replaced_nor_added_to(
+    result: Result, humanoid: tuple[Path, Path], tmp_path: Path, kind: str
+) -> None:
+    output = tmp_path / "out"
+    if kind == "file":
+        output.write_text("mine")
+    else:
+        output.mkdir()
+        (output / "qpos_with_object.npz").touch()
+    request = ExportRequest(
+        result=result.folder, output=output, robot=humanoid[0], frames=humanoid[1]
+    )
+    with pytest.raises(InputError, match="another name") as caught:
+        export_robot(request)
+    assert (caught.value.code, caught.value.where) == ("output-exists", str(output))
+    assert "replace›" not in caught.value.fix
+
+
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [
+        (["--to", "glb", "--robot", "g1.xml"], "--robot"),
+        (["--frames", "map.json", "-o", "a.bvh"], "--frames"),
+        (["--to", "robot", "--bones", "unreal"], "--bones"),
+        (["--to", "robot", "--skeleton", "a.bvh"], "--skeleton"),
+        (["--robot", "g1.xml", "--units", "cm"], "--units"),
+        (["--robot", "g1.xml", "--up", "y"], "--up"),
+        (["--to", "robot", "--blender", "blender"], "--blender"),
+    ],
+)
+def test_options_of_another_format_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], option: str
+) -> None:
+    assert invoke(["export", str(tmp_path), *words]) == 2
+    said = capsys.readouterr().err
+    assert option in said
+    assert "option-unused" in said
 
 
 @pytest.mark.slow
