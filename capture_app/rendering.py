@@ -113,8 +113,8 @@ def _robot(request: RenderRequest, human: HumanMotion, result: Result) -> list[A
     """Return the robot that is drawn in place of the person; nothing if none is asked for."""
     if request.robot is None:
         return []
-    from capture_app.robots.export_robot import robot_motion
     from capture_app.robots.robot_film import robot_actors
+    from capture_app.robots.robot_solver import robot_motion
 
     sampled = Sampled(human, result.object_motion, FPS)
     return robot_actors(robot_motion(request.robot, request.frames, sampled, body_of(result)))

@@ -12,11 +12,9 @@ from capture_app.progress import Progress, silent
 from capture_app.result import Result, body_of, load_result, sample_index
 from capture_app.robots.robot_files import ARRAYS, scene_of, write_robot_files
 from capture_app.robots.robot_model import load_robot
-from capture_app.robots.robot_solver import RobotMotion, solve_robot
-from capture_app.robots.robot_targets import robot_targets
+from capture_app.robots.robot_solver import RobotMotion, robot_motion
 from capture_app.solve_samples import solved_result
 from capture_app.staging import staged_folder
-from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
 from omomo_core.geometry.runs import runs
 
@@ -24,24 +22,6 @@ NEAR = 0.015
 """Metres: a palm that is farther from its place on the object is reported."""
 _JOINED = 0.3
 """Seconds between two spans that are reported as one."""
-
-
-def robot_motion(
-    robot: Path, frames: Path | None, sampled: Sampled, body: BodyModel
-) -> RobotMotion:
-    """Return the motion of a robot for a person's.
-
-    Args:
-        robot: MJCF or URDF file.
-        frames: map of its bodies; a preset if not given.
-        sampled: the person and the object at the rate of the files.
-        body: whose bones the motion moves.
-
-    Raises:
-        InputError: see `load_robot`.
-    """
-    model = load_robot(robot, frames)
-    return solve_robot(model, robot_targets(model, sampled, body))
 
 
 def export_robot(request: ExportRequest, progress: Progress = silent) -> Exported:

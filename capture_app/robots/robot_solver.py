@@ -6,14 +6,24 @@ other may not come nearer than a margin.
 """
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.spatial.transform import Rotation
 
-from capture_app.robots.robot_model import SIDES, Robot, joint_range, robot_package, site_of
-from capture_app.robots.robot_targets import RobotTargets
+from capture_app.exports.resample import Sampled
+from capture_app.robots.robot_model import (
+    SIDES,
+    Robot,
+    joint_range,
+    load_robot,
+    robot_package,
+    site_of,
+)
+from capture_app.robots.robot_targets import RobotTargets, robot_targets
+from omomo_core.body.model import BodyModel
 
 
 @dataclass(frozen=True)
@@ -315,3 +325,21 @@ def measured(
     off: Bool[np.ndarray, "frames 2"] = targets.held
     miss = np.where(off, np.linalg.norm(places["palm"] - targets.palms, axis=2), 0.0)
     return RobotMotion(robot, targets, qpos, miss, places["foot"], apart)
+
+
+def robot_motion(
+    robot: Path, frames: Path | None, sampled: Sampled, body: BodyModel
+) -> RobotMotion:
+    """Return the motion of a robot for a person's.
+
+    Args:
+        robot: MJCF or URDF file.
+        frames: map of its bodies; a preset if not given.
+        sampled: the person and the object at the rate of the files.
+        body: whose bones the motion moves.
+
+    Raises:
+        InputError: see `load_robot`.
+    """
+    model = load_robot(robot, frames)
+    return solve_robot(model, robot_targets(model, sampled, body))

@@ -23,10 +23,10 @@ from capture_app.pipeline import run_take
 from capture_app.rendering import render_result
 from capture_app.result import Result, body_of
 from capture_app.robots import robot_files, robot_model
-from capture_app.robots.export_robot import export_robot, robot_motion, unreached
+from capture_app.robots.export_robot import export_robot, unreached
 from capture_app.robots.robot_files import scene_of
 from capture_app.robots.robot_model import load_robot
-from capture_app.robots.robot_solver import RobotMotion
+from capture_app.robots.robot_solver import RobotMotion, robot_motion
 from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
