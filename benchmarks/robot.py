@@ -82,7 +82,7 @@ def row(motion: RobotMotion, seconds: float) -> list[float]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("robot", type=Path)
     parser.add_argument("--results", type=Path, nargs="*", default=[])
     parser.add_argument("--clips", type=Path)

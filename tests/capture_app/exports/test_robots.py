@@ -75,7 +75,12 @@ def humanoid(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
         for part, body, x in (("foot", "foot", 0), ("palm", "hand", 0.08), ("elbow", "elbow", 0))
     }
     frames = folder / "frames.json"
-    chosen = {"pelvis": {"body": "hips"}, "torso": {"body": "trunk"}, **both, "sole": 0.05}
+    chosen: dict[str, Any] = {
+        "pelvis": {"body": "hips"},
+        "torso": {"body": "trunk"},
+        **both,
+        "sole": 0.05,
+    }
     chosen |= {"arms": ["left_arm", "right_arm"], "legs": ["left_thigh", "right_thigh"]}
     chosen["stance"] = {f"{s}_knee": 0.5 for s in ("left", "right")}
     frames.write_text(json.dumps(chosen))
@@ -223,7 +228,7 @@ def test_what_is_wrong_is_named(
     (tmp_path / "broken.xml").write_text("<mujoco><worldbody><body")
     (tmp_path / "broken.json").write_text('{"pelvis": 3}')
     (tmp_path / "other.json").write_text(humanoid[1].read_text().replace("hips", "pelvis"))
-    given = {name: tmp_path / file for name, file in said.items()}
+    given: dict[str, Any] = {name: tmp_path / file for name, file in said.items()}
     request = ExportRequest(
         result=result.folder, output=tmp_path / "out", to=ExportFormat.robot, **given
     )
