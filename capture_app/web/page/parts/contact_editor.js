@@ -26,6 +26,8 @@ export function contactEditor(item, stage, form) {
 }
 
 class Editor {
+  /** What is said before all else: that corrections are older. */
+  before = "";
   /** @type {string | null} */
   key = null;
 
@@ -44,7 +46,7 @@ class Editor {
     this.problem = h("div");
     this.tools = inRow(this.solve, this.stop, this.itself.node, grid(this.options));
     this.node = box("stack tight", inRow(this.edit), this.hint, this.tools, this.problem);
-    this.trial = new Trial(item.id, stage, (words) => say(this.hint, words));
+    this.trial = new Trial(item.id, stage, (words) => say(this.hint, `${this.before}${words}`));
     grips(stage, () => this.able, () => this.begin({ quiet: true }));
     const { signal } = stage;
     document.addEventListener("keydown", (event) => this.timeline?.undoKey(event), { signal });
@@ -67,6 +69,7 @@ class Editor {
     if (!kept) return;
     this.begin();
     this.timeline?.restore(kept);
+    this.before = `${KEPT} `;
     say(this.hint, KEPT);
   }
 
@@ -127,6 +130,7 @@ class Editor {
 
   /** @param {Segment[]} segments */
   edited(segments) {
+    this.before = "";
     this.stage.viewer?.contacts(0, segments);
     this.key = null;
     if (this.timeline?.dirty) keep(this.item.id, this.sample, segments);
