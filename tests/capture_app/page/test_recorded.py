@@ -156,6 +156,8 @@ def test_a_video_from_elsewhere_is_drawn_and_shown(tabs, server, motion):
 def test_the_person_in_the_phones_film(tabs, server, motion):
     page = tabs.open(server.at(f"/results/{motion}"))
     page.get_by_text("The person in a film of the take").click()
+    # The phone films this person at no time, so it must be chosen.
+    page.get_by_role("combobox", name="Into").select_option("own")
     page.get_by_role("button", name="Draw into the film").click()
     page.wait_for_url(re.compile(r"#/jobs/"))
     film = page.locator("video.film")
