@@ -22,7 +22,7 @@ from omomo_core.generation.selection.person_constraint import (
     side_off,
 )
 from omomo_core.generation.selection.plausibility import has_front
-from omomo_core.generation.selection.selection_config import SAID
+from omomo_core.generation.selection.selection_config import PERSON_CONSTRAINT
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.geometry.object_features import object_features
 from omomo_core.geometry.surface import sample_surface
@@ -78,16 +78,16 @@ class KnownPerson:
 
     def notes(self, human: HumanMotion, motion: ObjectMotion) -> Iterator[str]:
         """Yield what to know where a person does not do what is said."""
-        places = {"begins": (self.start, 0, "come from", "take the object", "stood")}
-        places["ends"] = (self.end, -1, "go to", "have let go of the object", "ends")
-        for does, (place, frame, goes, limit, name) in places.items():
-            off = 0.0 if place is None else float(np.linalg.norm(human.root[frame, :2] - place))
-            if off > ASTRAY:
-                time = "before they" if frame == 0 else "after they"
-                yield (
-                    f"The person {does} {off:.1f} m from where ‹{name}› says: too far to {goes} in the "
-                    f"time {time} {limit}."
-                )
+        if (off := _away(self.start, human, 0)) > ASTRAY:
+            yield (
+                f"The person begins {off:.1f} m from where ‹stood› says: too far to come from in the time "
+                "before they take the object."
+            )
+        if (off := _away(self.end, human, -1)) > ASTRAY:
+            yield (
+                f"The person ends {off:.1f} m from where ‹ends› says: too far to go to in the time after "
+                "they let go of the object."
+            )
         if self.side is not None and self._off_side(human, motion) > OTHER_SIDE:
             yield (
                 "The person is on another side of the object than ‹side› says: no sample could hold it "
@@ -106,6 +106,11 @@ class KnownPerson:
             return abs(float(side_off(place, said, take.velocity, side.frame)[0]))
         assert side is not None
         return abs(float(side_off(place, side, take.velocity, 0)[0]))
+
+
+def _away(place: Place | None, human: HumanMotion, frame: int) -> float:
+    """Return how far the person is from a place in a frame, metres; 0 where none is given."""
+    return 0.0 if place is None else float(np.linalg.norm(human.root[frame, :2] - place))
 
 
 def known_person(
@@ -165,7 +170,7 @@ def _side(said: SideWord | Place | None, motion: ObjectMotion) -> SideWord | Pla
         )
     middle = middle_of_hold(must_be_held(take))
     _check_place("side", said, motion, middle)
-    if np.linalg.norm(np.array(said) - take.centre[middle, :2]) < SAID.nearest_side:
+    if np.linalg.norm(np.array(said) - take.centre[middle, :2]) < PERSON_CONSTRAINT.nearest_side:
         what = f"That is the middle of the object {_WHEN['side']}: no side of it."
         raise _wrong("side", "middle", what, f"‹side› {said[0]:g},{said[1]:g}")
     return PlaceInTime(np.array(said), middle)

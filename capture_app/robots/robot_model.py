@@ -155,7 +155,12 @@ def load_robot(path: Path, frames: Path | None = None) -> Robot:
             "robot-unknown", "robot-frames" or "robot-unmapped".
     """
     if not path.is_file():
-        raise InputError("robot-missing", "There is no such robot file.", where=str(path))
+        raise InputError(
+            "robot-missing",
+            "There is no such robot file.",
+            where=str(path),
+            fix="Give the robot's MJCF or URDF file, as its maker publishes it.",
+        )
     mujoco = robot_package("mujoco")
     try:
         spec = robot_spec(path)

@@ -17,7 +17,7 @@ from omomo_core.generation.object_clip import ObjectClip
 from omomo_core.generation.person import Retargeting
 from omomo_core.generation.selection.person_constraint import PersonConstraint, SideWord
 from omomo_core.generation.selection.plausibility import has_front
-from omomo_core.generation.selection.selection_config import SAID
+from omomo_core.generation.selection.selection_config import PERSON_CONSTRAINT
 from omomo_core.generation.selection.start_constraint import (
     StartConstraint,
     StartPose,
@@ -131,7 +131,7 @@ def _side_in(
     if side is None or side.frame >= clip.take.frames:
         return None, 0
     way = side.place - clip.take.centre[side.frame, :2]
-    return (way if np.linalg.norm(way) > SAID.nearest_side else None), side.frame
+    return (way if np.linalg.norm(way) > PERSON_CONSTRAINT.nearest_side else None), side.frame
 
 
 def prefix_from_pose(

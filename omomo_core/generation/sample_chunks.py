@@ -276,7 +276,7 @@ class _Sampler:
             self.progress,
             prefix=None if prefix is None or begins else prefix.hands,
             start=start_constraint(conditioning, prefix, clip) if begins else None,
-            said=person_constraint(conditioning, clip, last=chunk.last),
+            person=person_constraint(conditioning, clip, last=chunk.last),
             last=chunk.last,
             threads=self.threads,
         )

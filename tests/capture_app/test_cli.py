@@ -149,6 +149,9 @@ def test_bad_input_is_refused(
         ({"stood": "1"}, "place-invalid"),
         ({"stood": "nan,0"}, "place-invalid"),
         ({"stood": "40,0"}, "stood-far"),
+        ({"ends": "40,0"}, "ends-far"),
+        ({"side": "above"}, "place-invalid"),
+        ({"side": "40,0"}, "side-far"),
     ],
 )
 def test_bad_options_are_refused(

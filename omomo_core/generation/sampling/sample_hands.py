@@ -50,7 +50,7 @@ def sample_hands(
     progress: Progress,
     prefix: FeaturePrefix | None,
     start: StartConstraint | None,
-    said: PersonConstraint = UNKNOWN_PERSON,
+    person: PersonConstraint = UNKNOWN_PERSON,
     *,
     last: bool = True,
     threads: int = 1,
@@ -69,14 +69,14 @@ def sample_hands(
         progress: called with "hands" and the fraction done.
         prefix: features of the first frames, where the take goes on.
         start: what is known of a take's first frame.
-        said: what else is known of the person.
+        person: what else is known of the person.
         last: the take ends with the clip.
         threads: that go through the network.
     """
     begun = _holds_at_start(prefix, start)
 
     def impose(x: Samples) -> Samples:
-        chosen = said.impose_hands(x, None if prefix is None else prefix.values)
+        chosen = person.impose_hands(x, None if prefix is None else prefix.values)
         fixed = chosen if prefix is None else prefix.impose(chosen)
         return release_resting_object(fixed, clip, begun, last=last)
 
@@ -94,11 +94,11 @@ def sample_hands(
         )
 
     samples = options.samples
-    known = start is not None or said.placed
+    known = start is not None or person.placed
     if prefix is not None or (not known and options.sampler == "ddpm"):
-        return said.impose_end(draw(samples))
+        return person.impose_end(draw(samples))
     return _selected(
-        draw(hypothesis_count(samples, placed=said.placed)), clip, samples, start, said
+        draw(hypothesis_count(samples, placed=person.placed)), clip, samples, start, person
     )
 
 
@@ -107,15 +107,15 @@ def _selected(
     clip: ObjectClip,
     samples: int,
     start: StartConstraint | None,
-    said: PersonConstraint,
+    person: PersonConstraint,
 ) -> Samples:
     """Return the samples that are kept of all hypotheses; neighbours hold from the same side."""
-    many = said.fitting(hypotheses, clip, samples)
+    many = person.fitting(hypotheses, clip, samples)
     if start is None:
-        kept = select_by_coverage(many, clip, samples, placed=said.placed)
+        kept = select_by_coverage(many, clip, samples, placed=person.placed)
     else:
-        kept = select_by_start(many, start, clip, samples, placed=said.placed)
-    return order_by_side(said.impose_end(kept))
+        kept = select_by_start(many, start, clip, samples, placed=person.placed)
+    return order_by_side(person.impose_end(kept))
 
 
 def release_resting_object(

@@ -22,7 +22,7 @@ from omomo_core.generation.selection.plausibility import (
     standing_position,
     turned,
 )
-from omomo_core.generation.selection.selection_config import SAID, SLIDING
+from omomo_core.generation.selection.selection_config import PERSON_CONSTRAINT, SLIDING
 from omomo_core.generation.selection.start_constraint import StartPosition
 from omomo_core.stages.hands_capture import LAYOUT
 
@@ -73,16 +73,20 @@ class PersonConstraint:
         self, features: Samples, clip: ObjectClip
     ) -> Float[np.ndarray, " samples"]:
         plausible = PalmHolds.of(features, clip).plausible
-        return self.misfit(features, clip) + SAID.implausible * ~plausible
+        return self.misfit(features, clip) + PERSON_CONSTRAINT.implausible * ~plausible
 
     def misfit(self, features: Samples, clip: ObjectClip) -> Float[np.ndarray, " samples"]:
         """Return how far each sample is from what is said; up to 1 it fits."""
         off = np.zeros(len(features))
         if self.side is not None:
-            off = np.maximum(off, np.abs(self._turn_off(features, clip)) / SAID.side_tolerance)
+            off = np.maximum(
+                off, np.abs(self._turn_off(features, clip)) / PERSON_CONSTRAINT.side_tolerance
+            )
         if self.end is not None:
             last = standing_position(features[:, -1]) - self.end
-            off = np.maximum(off, last.norm(dim=-1).double().numpy() / SAID.end_tolerance)
+            off = np.maximum(
+                off, last.norm(dim=-1).double().numpy() / PERSON_CONSTRAINT.end_tolerance
+            )
         return off
 
     def _turn_off(self, features: Samples, clip: ObjectClip) -> Float[np.ndarray, " samples"]:
@@ -122,7 +126,10 @@ class PersonConstraint:
     def _may_hold(
         self, samples: int, prefix: Float[Tensor, "samples first 8"] | None
     ) -> Bool[Tensor, "samples 2"]:
-        right = torch.arange(samples) % SAID.left_one_in != SAID.left_one_in - 1
+        right = (
+            torch.arange(samples) % PERSON_CONSTRAINT.left_one_in
+            != PERSON_CONSTRAINT.left_one_in - 1
+        )
         if self.hands != "one":
             right = torch.full((samples,), self.hands == "right")
         elif prefix is not None:
@@ -155,7 +162,7 @@ def side_off(
         way = np.where(np.abs(way) > SLIDING.slowest, way, 0.0)
         there = (at * way.conj()).mean(axis=1) * np.conj(_AHEAD[side])
     else:
-        half = SAID.side_frames // 2
+        half = PERSON_CONSTRAINT.side_frames // 2
         there = at[:, max(middle - half, 0) : middle + half + 1].mean(axis=1) * np.conj(
             complex(*side)
         )

@@ -21,8 +21,8 @@ from omomo_core.generation.object_clip import ObjectClip
 from omomo_core.generation.selection.selection_config import (
     COVERAGE,
     OPPOSITE_SIDE,
+    PERSON_CONSTRAINT,
     PLAUSIBILITY,
-    SAID,
     SLIDING,
     START,
 )
@@ -136,7 +136,9 @@ def sliding_velocity(take: ObjectFeatures) -> Float[np.ndarray, "frames 2"]:
     up = take.motion.T_world_object[:, 2, :3]
     tilt = np.degrees(np.arccos(np.clip(up @ up[0], -1, 1)))
     flat = bool(tilt.max() < SLIDING.tilt and take.lowest.max() < SLIDING.lift)
-    return take.velocity[:, :2] * (flat and straightness(take.velocity) > SLIDING.straight)
+    return take.velocity[:, :2] * (
+        flat and straightness(take.velocity) > PERSON_CONSTRAINT.least_straight
+    )
 
 
 def straightness(velocity: Float[np.ndarray, "frames 3"]) -> float:
@@ -148,7 +150,10 @@ def straightness(velocity: Float[np.ndarray, "frames 3"]) -> float:
 def has_front(velocity: Float[np.ndarray, "frames 3"]) -> bool:
     """Return whether an object goes somewhere over the floor, so that its way has a front and a back."""
     way = float(np.linalg.norm(velocity[:, :2].sum(axis=0))) / FPS
-    return way > SAID.least_way and straightness(velocity) > SAID.least_straight
+    return (
+        way > PERSON_CONSTRAINT.least_way
+        and straightness(velocity) > PERSON_CONSTRAINT.least_straight
+    )
 
 
 _HALF_TURN = torch.tensor([-1.0, -1.0, 1.0]).repeat(2)

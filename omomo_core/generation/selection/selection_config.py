@@ -55,11 +55,6 @@ class SlidingConfig:
         0.05, "m", "Height of its lowest point below which an object stays on the floor."
     )
     slowest: float = setting(0.1, "m/s", "Speed of its centre from which an object slides.")
-    straight: float = setting(
-        0.3,
-        "share",
-        "Way from end to end, as a share of the whole, below which it goes to and fro.",
-    )
     ahead: float = setting(
         0.2,
         "share",
@@ -120,7 +115,7 @@ class StartConfig:
 
 
 @dataclass(frozen=True)
-class SaidConfig:
+class PersonConstraintConfig:
     """Which hypotheses fit what is said of the person."""
 
     side_tolerance: float = setting(
@@ -237,7 +232,7 @@ PLAUSIBILITY = PlausibilityConfig()
 SLIDING = SlidingConfig()
 OPPOSITE_SIDE = OppositeSideConfig()
 START = StartConfig()
-SAID = SaidConfig()
+PERSON_CONSTRAINT = PersonConstraintConfig()
 SCORE_WEIGHTS = ScoreWeights()
 SCORE = ScoreConfig()
 HUMAN_LIMITS = SpeedLimits()
@@ -253,7 +248,7 @@ class SelectionConfig:
     sliding: SlidingConfig = SLIDING
     opposite_side: OppositeSideConfig = OPPOSITE_SIDE
     start: StartConfig = START
-    said: SaidConfig = SAID
+    person_constraint: PersonConstraintConfig = PERSON_CONSTRAINT
     score_weights: ScoreWeights = SCORE_WEIGHTS
     score: ScoreConfig = SCORE
     speed_limits: SpeedLimits = HUMAN_LIMITS

@@ -299,6 +299,13 @@ def test_on_the_command_line(
     words = ["export", str(result.folder), "--to", "robot", "-o", str(tmp_path / "out")]
     assert invoke(words) == 2
     assert "--robot" in capsys.readouterr().err
+    model, frames = map(str, humanoid)
+    assert invoke([*words, "--robot", model, "--frames", frames, "--fps", "24"]) == 0
+    assert (tmp_path / "out" / "scene" / "scene.xml").is_file()
+    picture = tmp_path / "robot.png"
+    drawn = ["render", str(result.folder), "--robot", model, "--frames", frames, "--still", "2"]
+    assert invoke([*drawn, "--size", "160x120", "-o", str(picture)]) == 0
+    assert picture.stat().st_size > 1000
 
 
 PLANE = '<geom name="floor" type="plane" size="0 0 1"/>'

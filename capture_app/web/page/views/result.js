@@ -10,7 +10,7 @@ import { fileList } from "../parts/files.js";
 import { resultVideo } from "../parts/result_video.js";
 import { samplePicker } from "../parts/samples.js";
 import { Stage } from "../parts/stage.js";
-import { stood } from "../parts/stood.js";
+import { knownPerson } from "../parts/known_person.js";
 import { sampleWords } from "/static/viewer/words.js";
 /** @import {Choices, Made, Motion, Result} from "../core/answers.js"
  *  @import {Visit} from "../core/router.js"
@@ -82,7 +82,7 @@ export async function result({ params, signal }) {
       stage.node,
       contactEditor(item, stage, choices.forms.resolve),
     ),
-    stood(item, stage, choices.forms.run),
+    knownPerson(item, stage, choices.forms.run),
     box("grid", use(item, choices, which, { sample, signal }), share(shared), words(item, stage)),
     resultVideo(item, signal),
     moreVideos(item, { choices, guide, videos, sessions, sample, stage, signal }),

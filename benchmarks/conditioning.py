@@ -1,6 +1,6 @@
 """What it helps to say of the person: the errors of the one result that a run shows.
 
-Usage: python -m benchmarks.told CLIPS [--samples K] [--seeds N] [--say WORDS ...] [--to FILE]
+Usage: python -m benchmarks.conditioning CLIPS [--samples K] [--seeds N] [--say WORDS ...] [--to FILE]
 
 CLIPS is a folder of recorded clips (`omomo_core/learning/evaluation/real_clips.py`). WORDS are what is said
 of the recorded person, such as stood, stood+ends, side, hands, stood+side+hands; "nothing" says nothing.

@@ -8,12 +8,12 @@ import { attempt, button, choice, number } from "./fields.js";
 
 /** Buttons under the stage of a result that can be made again from its recording; else nothing.
  *  @param {Result} item @param {Stage} stage @param {Described[]} form of a run */
-export function stood(item, stage, form) {
+export function knownPerson(item, stage, form) {
   const { manifest } = item;
   const given = manifest.inputs.some(({ role }) => role === "contacts" || role === "body");
   const ours = manifest.options.configuration === "capture" && !manifest.options.weights;
   const able = item.session && !manifest.correction && !given && ours;
-  return able ? new Stood(item, stage, form).node : null;
+  return able ? new KnownPerson(item, stage, form).node : null;
 }
 
 // Heights of the balls of a post that is as tall as a person.
@@ -30,7 +30,7 @@ const MOMENTS = {
 const WHERE = "Click on the floor where the person was, or type the place.";
 /** @typedef {keyof typeof MOMENTS} Moment */
 
-class Stood {
+class KnownPerson {
   /** Places on the floor by moment. @type {Record<string, number[]>} */
   places = {};
   key = "";
