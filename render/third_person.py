@@ -106,13 +106,14 @@ def stage(
 ) -> list[Actor]:
     """The actors of a motion, without a floor: body, object and, if wanted, markers and trail.
 
-    Actors `instead` of the body stand in for it.
+    Actors `instead` of the body stand in for it; the person's palms are not marked then.
     """
     actors = [*(instead or [skinned_body(human, body)]), rigid_object(object_motion)]
-    if markers:
+    if markers and not instead:
         for k, side in enumerate(("left", "right")):
             palm, contact = human.joints[:, 22 + k], human.hand_contact[:, k]
             actors.append(contact_marker(f"{side} palm", palm, contact))
+    if markers:
         actors.append(trail(object_corners(object_motion).mean(axis=1)))
     return actors
 
