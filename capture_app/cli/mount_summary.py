@@ -1,5 +1,6 @@
 """What every calibration ends with: the mount file, and what it says in millimetres and degrees."""
 
+import itertools
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -8,6 +9,7 @@ import numpy as np
 from rich.markup import escape
 from scipy.spatial.transform import Rotation
 
+from capture_app.calibration.mount_words import fit_sentence, mount_words
 from capture_app.cli.console import output, say
 from capture_app.commands.calibrate import Way
 from capture_app.commands.inputs import MeshFile
@@ -102,17 +104,17 @@ def _print_mount(mount: Mount, path: Path) -> None:
 def show(mount: Mount) -> None:
     """Print a mount as a person reads it."""
     say("Mount", _place(mount), "bold")
-    if mount.covariance is None:
+    bounds = None if mount.covariance is None else bounds_95(mount.covariance)
+    words = mount_words(mount.method, bounds, mount.residuals)
+    if bounds is None:
         say("Sure to", "nobody can tell: its method states no uncertainty", "bold yellow")
     else:
-        bounds = bounds_95(mount.covariance)
-        colour = "green" if bounds.mm < 15 and bounds.deg < 2 else "yellow"
+        colour = "yellow" if words["warnings"] else "green"
         say("Sure to", f"{bounds.mm:.1f} mm and {bounds.deg:.2f} deg (95 %)", f"bold {colour}")
-    if mount.residuals:
-        # The clocks of two devices differ by anything.
-        residuals = {name: x for name, x in mount.residuals.items() if not name.endswith("_s")}
-        listed = ", ".join(_residual(name, value) for name, value in residuals.items())
-        say("Left over", listed, "bold")
+    for sentence in filter(None, itertools.starmap(fit_sentence, mount.residuals.items())):
+        say("Fit", sentence, "bold")
+    for warning in words["warnings"]:
+        say("Note", warning, "bold yellow")
     for free in mount.free:
         say("Not seen", free, "bold yellow")
     if mount.note:
@@ -127,10 +129,3 @@ def _place(mount: Mount) -> str:
         f"{mount.method}; the object's origin is {x:+.1f} mm right, {y:+.1f} up, {-z:+.1f} ahead "
         f"of the camera (phone held sideways), turned {angle:.1f} deg"
     )
-
-
-def _residual(name: str, value: float) -> str:
-    """rms_mm, 3.1 -> rms 3.1 mm."""
-    what, _, unit = name.rpartition("_")
-    number = f"{value:.3g}" if abs(value) < 999.5 else f"{value:.0f}"
-    return f"{what.replace('_', ' ')} {number} {unit}" if what else f"{name} {number}"

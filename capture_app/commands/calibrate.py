@@ -27,14 +27,15 @@ from capture_app.commands.text_values import INTRINSICS, read_intrinsics, read_n
 from omomo_core.errors import InputError
 
 _MESH = "Mesh of the object: OBJ, PLY, STL or GLB, in metres; its frame is the one calibrated."
+_RECORDING = ("Drop the recording here", "The folder your logger app wrote, or a zip of it.")
 _MAYBE_MESH = "Mesh of the object, to note which one it is."
 Object = Annotated[Path, Field(description=_MESH)]
 MaybeObject = Annotated[Path | None, Field(description=_MAYBE_MESH)]
 SessionPath = Annotated[
     Path,
     Positional(),
-    FromLibrary(("session",)),
-    Field(description=LOG),
+    FromLibrary(("session",), _RECORDING),
+    Field(title="The recording", description=LOG),
 ]
 
 
@@ -83,10 +84,18 @@ class BoardWay(Way):
     film: Annotated[
         Path,
         Positional(),
-        FromLibrary(("video", "session", "material")),
+        FromLibrary(
+            ("video", "session", "material"),
+            (
+                "Drop the second camera's film here",
+                "A video (MP4, MOV), or choose a second phone's recording above.",
+            ),
+            ".mp4,.mov,.m4v",
+        ),
         Field(
+            title="The film",
             description="What the second camera recorded: a video, a folder of pictures with times.csv, "
-            "or the session of a second phone."
+            "or the session of a second phone.",
         ),
     ]
     board: Annotated[
@@ -128,10 +137,15 @@ class TrackerWay(Way):
     poses: Annotated[
         Path,
         Positional(),
-        FromLibrary(("material",)),
+        FromLibrary(
+            ("material",),
+            ("Drop the tracker's log here", "Lines of t x y z qx qy qz qw."),
+            ".csv,.txt,.tum",
+        ),
         Field(
+            title="The tracker's log",
             description="The tracker's log of the object in its own resting frame: lines of "
-            "t x y z qx qy qz qw by blanks or commas; any clock."
+            "t x y z qx qy qz qw by blanks or commas; any clock.",
         ),
     ]
     body: Annotated[
@@ -189,7 +203,13 @@ class SessionWay(Way):
     session: SessionPath
     scan: Annotated[
         Path | None,
-        FromLibrary(("material", "object")),
+        FromLibrary(
+            ("material", "object"),
+            (
+                "Drop the mesh that the app made in that recording",
+                "OBJ, PLY or GLB, not turned and not cropped; a folder if more belongs to it.",
+            ),
+        ),
         Field(
             title="The mesh of the recording",
             description="Mesh of the object that the app made in this very session, as it exports it "
@@ -259,9 +279,16 @@ class ScanWay(Way):
     model: Annotated[
         Path | None,
         Positional(),
-        FromLibrary(("material",)),
+        FromLibrary(
+            ("material",),
+            (
+                "Drop a COLMAP model with its pictures",
+                "The folder that holds sparse and images; only if the object was scanned elsewhere.",
+            ),
+        ),
         Field(
-            description="COLMAP model of the scan: the folder with cameras, images and points3D."
+            title="The model of the scan",
+            description="COLMAP model of the scan: the folder with cameras, images and points3D.",
         ),
     ] = None
     """None for that of the scan which made the mesh."""
@@ -279,9 +306,10 @@ class ScanWay(Way):
     ] = None
     session: Annotated[
         Path | None,
-        FromLibrary(("session",)),
+        FromLibrary(("session",), _RECORDING),
         Field(
-            description="What the clamped phone's logger wrote, with its film; not given with photos."
+            title="The recording",
+            description="What the clamped phone's logger wrote, with its film; not given with photos.",
         ),
     ] = None
     photos: Annotated[
@@ -302,8 +330,9 @@ class ScanWay(Way):
         Path | None,
         Inline(Matrix, "model_to_object.txt"),
         Field(
+            title="From the model into the mesh's frame",
             description="File with the four rows of four that take the model's points into the object's "
-            "frame in metres; its rotation may be scaled. Not needed if the model is in that frame."
+            "frame in metres; its rotation may be scaled. Not needed if the model is in that frame.",
         ),
     ] = None
     stills: Stills = ()
@@ -343,7 +372,10 @@ class FloorWay(Way):
         Path,
         Positional(),
         FromLibrary(("mount",)),
-        Field(description="Mount file to refine, of the same clamping."),
+        Field(
+            title="The mount to be made surer",
+            description="Mount file to refine, of the same clamping.",
+        ),
     ]
     session: SessionPath
     phone_height: Annotated[
@@ -352,6 +384,7 @@ class FloorWay(Way):
             title="From the floor up to the lens, where the object first rests",
             gt=0,
             le=5,
+            json_schema_extra={"unit": "m"},
             description="Metres from the floor up to the lens of the wide camera, measured with a tape "
             "where the object first rests; what the recording shows if not given.",
         ),

@@ -152,7 +152,11 @@ class FromLibrary:
     """Marks a path that a client of the page names by the id of something in the library."""
 
     kinds: tuple[ItemKind, ...]
-    """What it may be."""
+    """What it may be; what is dropped becomes the first."""
+    drop: tuple[str, str] = ("", "")
+    """Title and text of the area where it can be dropped."""
+    accept: str = ""
+    """Endings of a file that can be dropped there, by commas; a folder if empty."""
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 import * as words from "../../capture_app/web/page/core/words.js";
-import { boundWords, few, fitWords, mountWords, sureWords } from "../../capture_app/web/page/parts/mount_words.js";
 
 test("sizes are told in steps of a thousand", () => {
   const told = { 0: "0 bytes", 999: "999 bytes", 1000: "1.0 kB", 1536: "1.5 kB", 150000: "150 kB" };
@@ -86,33 +85,4 @@ test("a job's stages are known before it runs; the video is a job of its own", (
 test("a job has ended where no worker will touch it by itself", () => {
   const over = Object.keys(words.STATES).filter((state) => words.ended({ state }));
   assert.deepEqual(over.sort(), ["cancelled", "done", "failed"]);
-});
-
-test("numbers have decimals where these say something", () => {
-  assert.deepEqual([0.043, 0.1, 4.26, 10.4, 123.4].map(few), ["0.04", "0.1", "4.3", "10", "123"]);
-});
-
-test("a mount tells its way and its bounds", () => {
-  const bounds = { mm: 2.34, deg: 0.05 };
-  assert.equal(boundWords(bounds), "within 2.3 mm and 0.05°");
-  assert.equal(boundWords(null), "error unknown");
-  const told = "by a board and a second camera, within 2.3 mm and 0.05°";
-  assert.equal(mountWords({ method: "board", bounds }), told);
-  assert.equal(mountWords({ method: "identity", bounds: null }), "taken as the phone itself");
-});
-
-test("a residual is a sentence, with what a good one is", () => {
-  const said = fitWords("rms_mm", 3.21);
-  assert.equal(said, "What was measured fits to 3.2 mm on average; a good fit is under 5 mm.");
-  assert.equal(fitWords("rms_deg", 0.4), "Its directions fit to 0.4° on average; a good fit is under 1°.");
-  assert.equal(fitWords("moments used_%", 97.3), "97 % of the recording were used.");
-  assert.equal(fitWords("inliers", 812), "812 points were found again.");
-  assert.equal(fitWords("clock offset_s", 12.5), "");
-});
-
-test("how sure a mount is, is said of its place and its direction", () => {
-  const [place, turn] = sureWords({ mm: 4.24, deg: 0.35 });
-  assert.equal(place, "The phone's place on the object is sure to ± 4.2 mm; hands need ± 20 mm.");
-  assert.equal(turn, "Its direction is sure to ± 0.3°; hands need ± 3°.");
-  assert.deepEqual(sureWords(null), ["How sure it is is not known."]);
 });

@@ -1,6 +1,6 @@
 """Sessions, objects, mounts, videos and contacts: listed, renamed, and deleted unless a job needs them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -8,6 +8,7 @@ from typing import Any
 from fastapi import APIRouter
 from pydantic import ConfigDict, Field
 
+from capture_app.calibration.mount_words import mount_words
 from capture_app.commands.inputs import DescribedModel, ItemKind
 from capture_app.library_item import Info, Name, mesh_summary
 from capture_app.manifest import MANIFEST, read_manifest
@@ -16,6 +17,7 @@ from capture_app.web.page_words import all_in_page_words
 from capture_app.web.problems import Refused
 from capture_app.web.site import Here, Site, ThingId
 from capture_app.web.sources import mesh_file_of
+from ingest.uncertainty import ConfidenceRadii
 from omomo_core.errors import InputError
 
 _ACTIVE = ("queued", "running", "cancelling")
@@ -96,7 +98,15 @@ class Change(DescribedModel):
 def item(id_: str, info: Info) -> LibraryItem:
     """Return what a list tells of a thing."""
     head = info.model_dump(exclude={"facts"})
-    return LibraryItem(id=id_, **{**all_in_page_words(info.facts), **head})
+    facts = info.facts | (_of_mount(info.facts) if "method" in info.facts else {})
+    return LibraryItem(id=id_, **{**all_in_page_words(facts), **head})
+
+
+def _of_mount(facts: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what is said of a mount in sentences."""
+    bounds = None if facts["bounds"] is None else ConfidenceRadii(**facts["bounds"])
+    said = mount_words(facts["method"], bounds, facts.get("residuals", {}))
+    return said | {"warnings": [*said["warnings"], *facts.get("warnings", [])]}
 
 
 def routes(kind: ItemKind) -> APIRouter:

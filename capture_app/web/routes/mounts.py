@@ -160,16 +160,10 @@ class Looked(DescribedModel):
 @guide_router.get("")
 def ways() -> dict[str, Any]:
     """What each way needs and what to do for it, step by step; and the boards there are to print."""
-    from capture_app.calibration.guide_flow import RECIPES
+    from capture_app.web.calibration_forms import FORMS, calibration_form
 
     return {
-        "ways": {
-            recipe.key: {
-                "have": recipe.have,
-                "steps": {step.title: step.do for step in recipe.steps if step.do},
-            }
-            for recipe in RECIPES
-        },
+        "ways": {key: calibration_form(key) for key in FORMS},
         "papers": list(PAPERS),
         "boards": {
             name: {

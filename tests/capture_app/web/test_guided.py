@@ -22,8 +22,8 @@ def example(client: httpx.Client) -> dict[str, str]:
 def test_each_way_says_what_to_do(client: httpx.Client):
     told = client.get("/api/calibration").json()
     for way in ("board", "filmed", "meshed", "scan", "tracker"):
-        steps = told["ways"][way]["steps"]
-        assert sum(map(len, steps.values())) >= 3, way
+        parts = told["ways"][way]["parts"]
+        assert sum(len(part["todo"]) for part in parts) >= 3, way
     assert told["boards"]["A4"]["width_mm"] == 175
     assert told["boards"]["A4"]["text"] == "5x7:35mm:26mm:DICT_5X5_100"
 

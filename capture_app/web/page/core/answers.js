@@ -8,8 +8,8 @@
 /** @typedef {Item & {extents: number[], faces: number, vertices: number, warnings: string[],
  *    scale: number, scan?: {severity: Severity, checks: Check[]}}} Thing an object */
 /** Within what a mount is true 95 times of 100. @typedef {{mm: number, deg: number}} Bounds */
-/** @typedef {Item & {method: string, bounds: Bounds | null, residuals: Record<string, number>,
- *    warnings?: string[], phone?: string, date?: string, object?: string | null}} Mount */
+/** @typedef {Item & {method: string, bounds: Bounds | null, found: string, sure: string[],
+ *    warnings: string[], phone?: string, date?: string, object?: string | null}} Mount */
 /** @typedef {Item & {session?: string | null, object?: string | null, mount?: string | null,
  *    parent?: string | null, object_name?: string, seconds?: number, samples: number,
  *    chosen?: number, video?: string | null, findings?: string[], faults?: string[], notes?: string[], grips?: string[]}} Motion */
@@ -45,9 +45,12 @@
 /** A field of a form, as capture_app/web/described_forms.py makes it of the API's description.
  *  @typedef {{name: string, kind: string, title: string, hint: string, group: "main" | "more" | "reading",
  *    unit?: string, value?: any, required?: boolean, min?: number, max?: number, step?: number,
- *    options: string[][]}} Described */
+ *    options: string[][], [more: string]: any}} Described */
 /** @typedef {Record<string, {text: string}>} Boards */
-/** @typedef {{ways: Record<string, {steps: Record<string, string[]>}>, boards: Boards}} Guide */
+/** A way to calibrate, as capture_app/web/calibration_forms.py describes it.
+ *  @typedef {{title: string, hint: string, name: string, method: string, parts: {title: string, todo: string[],
+ *    fields: Described[], more: string, more_fields: Described[]}[]}} WayDescribed */
+/** @typedef {{ways: Record<string, WayDescribed>, boards: Boards}} Guide */
 /** @typedef {{good: string, doubts: string[], notes: string[]}} Looked */
 /** @typedef {{id: string, kind: string, name: string, size: number, received: number}} Unfinished */
 /** How much of each file of an upload has arrived.

@@ -2,7 +2,6 @@
 import { api } from "../core/api.js";
 import { box, h } from "../core/dom.js";
 import { KINDS, STATES, ago, ended, sides, span } from "../core/words.js";
-import { mountWords } from "./mount_words.js";
 import { stageWords } from "./stages.js";
 import { badge, verdictOf } from "./verdicts.js";
 /** @import {Job, Motion, Mount, Session, Shelf, Thing} from "../core/answers.js" */
@@ -104,7 +103,7 @@ export function itemRow(kind, item, ...buttons) {
 /** What is worth knowing about an item, in a line. @param {Stored} item */
 export function details(item) {
   if ("extents" in item) return sides(item.extents);
-  if ("method" in item) return mountWords(item);
+  if ("method" in item) return item.found;
   const seconds = item.seconds ? span(item.seconds) : "";
   return [item.app, seconds].filter(Boolean).join(" · ");
 }

@@ -6,7 +6,7 @@ import { choice, number } from "./fields.js";
 import { mountLook } from "./mount_look.js";
 import { mountForm, objectField, phoneFields } from "./mount_form.js";
 import { Stage } from "./stage.js";
-/** @import {Context} from "../calibrate/recorded.js" */
+/** @import {Context} from "../calibrate/way_form.js" */
 
 const AXES = ["+x", "-x", "+y", "-y", "+z", "-z"].map((axis) => [axis, axis]);
 const SURE = [

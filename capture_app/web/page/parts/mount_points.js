@@ -3,7 +3,7 @@ import { box, h, stacked, svg } from "../core/dom.js";
 import { mountLook } from "./mount_look.js";
 import { mountForm, objectField, phoneFields } from "./mount_form.js";
 import { PointPicker } from "./pick_points.js";
-/** @import {Context} from "../calibrate/recorded.js" */
+/** @import {Context} from "../calibrate/way_form.js" */
 
 const [WIDTH, HEIGHT, EDGE] = [56, 112, 12];
 

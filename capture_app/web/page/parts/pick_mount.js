@@ -4,7 +4,6 @@ import { box, goTo, h, hintLine, inRow, stacked } from "../core/dom.js";
 import { address } from "../core/router.js";
 import { bring } from "../upload/begin.js";
 import { dropArea } from "../upload/drop.js";
-import { boundWords, isFar, mountWords } from "./mount_words.js";
 import { pickList } from "./pick_list.js";
 /** @import {Mount} from "../core/answers.js"
  *  @import {Choosing} from "./pick_object.js" */
@@ -30,7 +29,7 @@ export function pickMount(mounts, current, { object, here, chosen, why, other })
     .map((mount) => ({
       id: mount.id,
       name: mount.name,
-      line: [mountWords(mount), fit(mount) ? "made for this object" : ""].filter(Boolean).join(" · "),
+      line: [mount.found, fit(mount) ? "made for this object" : ""].filter(Boolean).join(" · "),
     }));
   return stacked(
     pickList("Mount", [...items, OWN_FRAME], current, chosen),
@@ -56,15 +55,6 @@ export function pickMount(mounts, current, { object, here, chosen, why, other })
 
 /** A word of warning where the mount may be far off. @param {Mount | undefined} mount */
 export function mountWarning(mount) {
-  if (!mount) return null;
-  const told = [...(mount.warnings ?? [])];
-  const { bounds } = mount;
-  if (isFar(bounds)) {
-    told.unshift(
-      `This mount is only known ${boundWords(bounds)}: hands may be that far off ` +
-        `the object. A board or more points make it surer.`,
-    );
-  }
-  if (!told.length) return null;
-  return box("note", told.map((text) => h("p", {}, text)));
+  if (!mount?.warnings.length) return null;
+  return box("note", mount.warnings.map((text) => h("p", {}, text)));
 }

@@ -1,7 +1,6 @@
 // Whether a thing of the library is good to use, as far as it is known: a word and a mark in every list.
 import { h } from "../core/dom.js";
 import { count } from "../core/words.js";
-import { isFar } from "./mount_words.js";
 /** @import {Motion, Mount, Session, Severity, Shelf, Thing} from "../core/answers.js" */
 
 /** @typedef {Session | Thing | Mount | Motion} Any */
@@ -50,6 +49,6 @@ function ofObject({ scan, warnings }) {
 /** @param {Mount} item @returns {Verdict} */
 function ofMount({ bounds, method, warnings }) {
   if (method === "identity") return GOOD;
-  if (warnings?.length || isFar(bounds)) return { kind: "warn", words: "not sure enough" };
+  if (warnings.length) return { kind: "warn", words: "not sure enough" };
   return bounds ? GOOD : { kind: "unknown", words: "error unknown" };
 }

@@ -2,53 +2,21 @@
 import { api } from "../core/api.js";
 import { box, h, put, stacked } from "../core/dom.js";
 import { address } from "../core/router.js";
-import * as recorded from "../calibrate/ways.js";
+import { wayForm } from "../calibrate/way_form.js";
 import { drawingForm } from "../parts/mount_drawing.js";
 import { identityForm } from "../parts/mount_form.js";
 import { pointsForm } from "../parts/mount_points.js";
-/** @import {Context} from "../calibrate/recorded.js"
+/** @import {WayDescribed} from "../core/answers.js"
+ *  @import {Context} from "../calibrate/way_form.js"
  *  @import {Visit} from "../core/router.js" */
 
 /** Title, words, and the form. @typedef {[string, string, (context: Context) => Node]} Way */
 
 /** @type {Record<string, Way>} */
-const RECOMMENDED = {
-  filmed: [
-    "Board, and only the phone",
-    "You need a printer. The phone films a printed board on the object, and is then clamped without " +
-      "stopping the log.",
-    recorded.filmed,
-  ],
-};
-/** @type {Record<string, Way>} */
-const RECORDED = {
-  board: [
-    "Board, and a second camera on a tripod",
-    "The surest. You turn the object for 20 seconds: a few millimetres and tenths of a degree.",
-    recorded.board,
-  ],
-  meshed: [
-    "The phone's own scan (LiDAR)",
-    "Scan the object and clamp the phone in one recording; the app gives the mesh of it.",
-    recorded.meshed,
-  ],
-  scan: [
-    "The object's scan, found again",
-    "The object was made from a film of it, and stands there still: two seconds at rest.",
-    recorded.scan,
-  ],
-  tracker: ["Motion capture, or a tracker on the object", "It follows the same motion as the phone.", recorded.tracker],
-  floor: [
-    "Make a mount surer by the floor",
-    "From any recording in which the object stands on the floor.",
-    recorded.floor,
-  ],
-};
-/** @type {Record<string, Way>} */
 const BY_HAND = {
   points: [
     "Click points on the object",
-    "You have the mesh and can see where the phone's corners were. Notices " + "mistakes from the fourth point on.",
+    "You have the mesh and can see where the phone's corners were. Notices mistakes from the fourth point on.",
     pointsForm,
   ],
   drawing: [
@@ -62,7 +30,6 @@ const BY_HAND = {
     identityForm,
   ],
 };
-const WAYS = { ...RECOMMENDED, ...RECORDED, ...BY_HAND };
 const BROUGHT = ["choices", "objects", "sessions", "videos", "materials", "mounts", "calibration"];
 
 /** `#/calibrate?object=ID&way=points&back=...` @param {Visit} visit */
@@ -70,6 +37,9 @@ export async function calibrate({ query, signal }) {
   const [choices, objects, sessions, videos, materials, mounts, guide] = await Promise.all(
     BROUGHT.map((what) => api(`/api/${what}`, { signal })),
   );
+  const [recommended, ...recorded] = Object.entries(guide.ways).map(([key, way]) => [key, recordedWay(way)]);
+  const groups = [[recommended], recorded, Object.entries(BY_HAND)].map((ways) => Object.fromEntries(ways));
+  const known = Object.assign({}, ...groups);
   const page = box("stack");
   const ways = box("stack");
   const node = box(
@@ -89,7 +59,7 @@ export async function calibrate({ query, signal }) {
     inner.abort();
     inner = new AbortController();
     const way = now.get("way");
-    drawWays(ways, way, now);
+    drawWays(ways, groups, way, now);
     /** @type {Context} */
     const context = {
       ...{ choices, objects, sessions, videos, materials, mounts, guide },
@@ -97,26 +67,30 @@ export async function calibrate({ query, signal }) {
       back: now.get("back"),
       signal: AbortSignal.any([signal, inner.signal]),
     };
-    put(page, way && WAYS[way]?.[2](context));
+    put(page, way && known[way]?.[2](context));
   };
   update(query);
   return { title: "Find the mount", node, update };
 }
 
-/** @param {HTMLElement} place @param {string | null} current @param {URLSearchParams} query */
-function drawWays(place, current, query) {
+/** @param {WayDescribed} way @returns {Way} */
+const recordedWay = (way) => [way.title, way.hint, (context) => wayForm(way, context)];
+
+/** @param {HTMLElement} place @param {Record<string, Way>[]} groups @param {string | null} current
+ *  @param {URLSearchParams} query */
+function drawWays(place, [recommended, recorded, byHand], current, query) {
   const active = document.activeElement;
   const focused = active instanceof HTMLInputElement && active.value === current;
   put(
     place,
-    group("Recommended", RECOMMENDED, current, query),
+    group("Recommended", recommended, current, query),
     h(
       "details",
-      { open: current !== null && !(current in RECOMMENDED) },
+      { open: current !== null && !(current in recommended) },
       h("summary", {}, "Other ways"),
       stacked(
-        group("Record something else", RECORDED, current, query),
-        group("Without a recording", BY_HAND, current, query),
+        group("Record something else", recorded, current, query),
+        group("Without a recording", byHand, current, query),
       ),
     ),
   );

@@ -2,7 +2,6 @@
 import { api } from "../core/api.js";
 import { box, factList, h, hintLine, stacked } from "../core/dom.js";
 import { itemHead, useIt } from "../core/library.js";
-import { fitWords, mountWords, sureWords } from "../parts/mount_words.js";
 import { mountWarning } from "../parts/pick_mount.js";
 import { Stage } from "../parts/stage.js";
 /** @import {Mount} from "../core/answers.js"
@@ -13,14 +12,12 @@ export async function mount({ params, query, signal }) {
   /** @type {Mount} */
   const item = await api(`/api/mounts/${params.id}`, { signal });
   const facts = [["Phone", item.phone], ["Found on", item.date]].filter(([, value]) => value);
-  const sure = sureWords(item.bounds);
-  const fits = Object.entries(item.residuals).map(([key, value]) => fitWords(key, value));
   const node = box(
     "narrow stack",
-    itemHead("mounts", item, mountWords(item)),
+    itemHead("mounts", item, item.found),
     item.object && onObject(item, signal),
     facts.length > 0 && factList(facts),
-    h("ul", { class: "told" }, [...sure, ...fits].filter(Boolean).map((text) => h("li", {}, text))),
+    h("ul", { class: "told" }, item.sure.map((text) => h("li", {}, text))),
     mountWarning(item) ?? hintLine(item.method === "identity" ? "The mesh is made in the phone's own axes." : ""),
     useIt("mount", item, query.get("back")),
   );
