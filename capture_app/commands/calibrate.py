@@ -152,7 +152,7 @@ class TrackerWay(Way):
         Path | None,
         Inline(Matrix, "body.txt"),
         Field(
-            title="The tracked body does not have the mesh's frame",
+            title="Its pose on the mesh",
             description="Where the tracked body is on the object (T_object_body, a 4x4 matrix as JSON or "
             "text); without it the body's frame is the mesh's.",
         ),
