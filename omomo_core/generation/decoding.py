@@ -23,6 +23,7 @@ from omomo_core.generation.generation_options import SolvedPrefix, fade, free_af
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
 from omomo_core.generation.person import FingerFit, Person, Retargeting
 from omomo_core.generation.solving.bodies import SolvedBodies, solve_bodies
+from omomo_core.generation.solving.free_hands import lead_hands_out
 from omomo_core.generation.solving.palm_plan import (
     ARMS,
     find_holds,
@@ -248,7 +249,10 @@ def finish_people(
         prefix: the first frames, which stay as they are.
     """
     frames, before = solved.root.shape[1], 0 if prefix is None else prefix.frames
-    solved = lay_palms(body, solved, targets, segments, free_after(before, frames))
+    free = free_after(before, frames)
+    solved = lay_palms(body, solved, targets, segments, free)
+    out = lead_hands_out(body, solved.root, solved.rotations, targets.hold, free)
+    solved = replace(solved, rotations=out)
     T, planted = targets.T_world_object, foot_contact.double().numpy()
     people = assemble_people(
         body, solved, planted, hands, segments, T, object_model.obstacle, prefix

@@ -213,6 +213,29 @@ class PalmClearanceConfig:
     smoothing: float = setting(1.5, "frames", "Standard deviation of the filter over the rise.")
 
 
+@dataclass(frozen=True)
+class FreeHandsConfig:
+    """How far hands that hold nothing stay from the person's own legs."""
+
+    thigh: float = setting(
+        0.085,
+        "m",
+        "Distance of a finger joint from the line between hip and knee: recorded people are nearer in 1 % of "
+        "the frames in which a hand is free.",
+    )
+    hips: float = setting(0.11, "m", "The same of the line between the hips.")
+    sideways: float = setting(
+        0.05,
+        "m",
+        "Weight of the person's side in the direction of a step, beside the way from the bone.",
+    )
+    rounds: int = setting(4, "count", "Most steps out, each smoothed over time.")
+    solved_from: float = setting(
+        0.005, "m", "Length of a step from which an arm is wholly solved for it."
+    )
+    smoothing: float = setting(3.0, "frames", "Standard deviation of the filter over a step.")
+
+
 BODY_SOLVING = BodySolvingConfig()
 FOOT_PLAN = FootPlanConfig()
 STEPS = StepConfig()
@@ -220,6 +243,7 @@ REACH = ReachConfig()
 WRIST = WristConfig()
 PALM_PLAN = PalmPlanConfig()
 PALM_CLEARANCE = PalmClearanceConfig()
+FREE_HANDS = FreeHandsConfig()
 
 
 @dataclass(frozen=True)
@@ -233,6 +257,7 @@ class SolvingConfig:
     wrists: WristConfig = WRIST
     palm_plan: PalmPlanConfig = PALM_PLAN
     palm_clearance: PalmClearanceConfig = PALM_CLEARANCE
+    free_hands: FreeHandsConfig = FREE_HANDS
 
 
 SOLVING = SolvingConfig()
