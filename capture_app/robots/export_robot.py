@@ -11,8 +11,9 @@ from capture_app.exports.resample import Sampled, at_rate
 from capture_app.progress import Progress, silent
 from capture_app.result import Result, body_of, load_result, sample_index
 from capture_app.robots.robot_files import ARRAYS, scene_of, write_robot_files
-from capture_app.robots.robot_model import load_robot
-from capture_app.robots.robot_solver import RobotMotion, robot_motion
+from capture_app.robots.robot_model import Robot, load_robot
+from capture_app.robots.robot_solver import RobotMotion, solve_robot
+from capture_app.robots.robot_targets import robot_targets
 from capture_app.solve_samples import solved_result
 from capture_app.staging import staged_folder
 from omomo_core.errors import InputError
@@ -35,22 +36,16 @@ def export_robot(request: ExportRequest, progress: Progress = silent) -> Exporte
         InputError: "robot-needed", see `load_robot` and `scene_of`; or the result cannot be read, or the
             folder exists.
     """
-    if request.robot is None:
-        raise InputError(
-            "robot-needed",
-            "Nothing says which robot shall move.",
-            field="robot",
-            fix="Give its MJCF or URDF file with ‹robot›.",
-        )
-    robot = load_robot(request.robot, request.frames)
+    robot = robot_of(request)
     result = load_result(request.result)
     index = sample_index(result, request.sample)
-    target = _target(request, result)
+    suffix = "" if request.sample is None else f"_sample_{request.sample}"
+    target = new_folder(request.output, f"{result.folder.resolve().name}{suffix}_robot", ARRAYS)
     with staged_folder(target) as folder:
         scene = scene_of(folder, robot, result.object_motion.mesh)
         result = solved_result(result, [index], progress)
         sampled = sampled_person(result, index, float(request.fps))
-        motion = robot_motion(request.robot, request.frames, sampled, body_of(result))
+        motion = solve_robot(robot, robot_targets(robot, sampled, body_of(result)))
         files = write_robot_files(folder, motion, sampled.object_motion, scene)
     files = tuple(target / f.relative_to(folder) for f in files)
     return Exported(files, tuple(unreached(motion)))
@@ -62,11 +57,36 @@ def sampled_person(result: Result, index: int, fps: float) -> Sampled:
     return at_rate(person, result.object_motion, body_of(result), fps)
 
 
-def _target(request: ExportRequest, result: Result) -> Path:
-    target = request.output
-    if target.is_dir() and not (target / ARRAYS).exists():
-        suffix = "" if request.sample is None else f"_sample_{request.sample}"
-        target /= f"{result.folder.resolve().name}{suffix}_robot"
+def robot_of(request: ExportRequest) -> Robot:
+    """Return the robot that a request names.
+
+    Raises:
+        InputError: "robot-needed", or see `load_robot`.
+    """
+    if request.robot is None:
+        raise InputError(
+            "robot-needed",
+            "Nothing says which robot shall move.",
+            field="robot",
+            fix="Give its MJCF or URDF file with ‹robot›.",
+        )
+    return load_robot(request.robot, request.frames)
+
+
+def new_folder(output: Path, name: str, mark: str) -> Path:
+    """Return the folder to make, which is not there yet.
+
+    Args:
+        output: the folder, or one to put it in.
+        name: of the folder in that one.
+        mark: a file of such a folder, by which one that is there already is known.
+
+    Raises:
+        InputError: "output-exists".
+    """
+    target = output
+    if target.is_dir() and not (target / mark).exists():
+        target /= name
     if target.exists() or target.is_symlink():
         raise InputError(
             "output-exists",

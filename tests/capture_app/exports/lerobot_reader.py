@@ -1,0 +1,34 @@
+"""Reads a data set with lerobot, and writes what it gives as npz; runs in an environment of its own.
+
+Usage: python lerobot_reader.py FOLDER OUTPUT
+"""
+
+import sys
+
+import numpy as np
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+
+folder, output = sys.argv[1:]
+whole = LeRobotDataset("omocap/test", root=folder)
+step = 1 / whole.fps
+windows = {"observation.state": [-step, 0.0], "action": [0.0, step, 2 * step]}
+last = LeRobotDataset(
+    "omocap/test", root=folder, episodes=[whole.num_episodes - 1], delta_timestamps=windows
+)
+frames = [whole[k] for k in range(len(whole))]
+values = {key: np.array([np.asarray(frame[key]) for frame in frames]) for key in whole.features}
+first_window, last_window = last[0], last[len(last) - 1]
+np.savez(
+    output,
+    **values,
+    tasks=np.array([frame["task"] for frame in frames]),
+    episodes=whole.num_episodes,
+    lengths=np.array(whole.meta.episodes["length"]),
+    names=np.array(whole.features["observation.state"]["names"]),
+    mean=whole.meta.stats["action"]["mean"],
+    last_length=len(last),
+    before=first_window["observation.state"],
+    before_is_pad=first_window["observation.state_is_pad"],
+    after=last_window["action"],
+    after_is_pad=last_window["action_is_pad"],
+)
