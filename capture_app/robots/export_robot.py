@@ -12,8 +12,7 @@ from capture_app.progress import Progress, silent
 from capture_app.result import Result, body_of, load_result, sample_index
 from capture_app.robots.robot_files import ARRAYS, scene_of, write_robot_files
 from capture_app.robots.robot_model import Robot, load_robot
-from capture_app.robots.robot_solver import RobotMotion, solve_robot
-from capture_app.robots.robot_targets import robot_targets
+from capture_app.robots.robot_solver import RobotMotion, robot_motion
 from capture_app.solve_samples import solved_result
 from capture_app.staging import staged_folder
 from omomo_core.errors import InputError
@@ -45,7 +44,7 @@ def export_robot(request: ExportRequest, progress: Progress = silent) -> Exporte
         scene = scene_of(folder, robot, result.object_motion.mesh)
         result = solved_result(result, [index], progress)
         sampled = sampled_person(result, index, float(request.fps))
-        motion = solve_robot(robot, robot_targets(robot, sampled, body_of(result)))
+        motion = robot_motion(robot, sampled, body_of(result))
         files = write_robot_files(folder, motion, sampled.object_motion, scene)
     files = tuple(target / f.relative_to(folder) for f in files)
     return Exported(files, tuple(unreached(motion)))

@@ -1,4 +1,4 @@
-"""A LeRobotDataset v3.0: frames of all episodes as parquet, and `meta`, which says what they are.
+"""A LeRobotDataset v3.0: the frames of all episodes as parquet, and `meta`, which says what they are.
 
 lerobot itself is not needed: pyarrow writes the tables. Quaternions are w first, as in MuJoCo's qpos.
 """
@@ -17,13 +17,14 @@ from capture_app.robots.robot_model import robot_package
 from omomo_core.whole_file import whole_file
 
 INFO = "meta/info.json"
-_VERSION = "v3.0"
-_CHUNK, _MEGABYTES = 1000, 100
-"""The most files of a folder, and the size from which the next episode begins a new file."""
 _FILE = "chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
+_FIRST_FILE = _FILE.format(chunk_index=0, file_index=0)
+"""Readers take as many files as there are; one holds ten hours of a humanoid in half a gigabyte."""
 _QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
+_PARTS = ("chunk", "file")
 _POSE = ("x", "y", "z", "qw", "qx", "qy", "qz")
-_COUNTERS = ("frame_index", "episode_index", "index", "task_index")
+_INDEX = "__index_level_0__"
+"""Name that pandas gives to the column of an index without a name."""
 
 Columns = dict[str, np.ndarray]
 """Features of consecutive frames by name; those of one number have no second axis."""
@@ -67,42 +68,19 @@ def write_lerobot(
         _columns(episode, number, starts[number], tasks.index(episode.task), fps)
         for number, episode in enumerate(episodes)
     ]
-    files = _files(columns)
-    _write_frames(folder, columns, files)
     rows = [
-        _row(episode, number, starts[number], files[number]) | _flat_stats(columns[number])
+        _row(episode, number, starts[number], columns[number])
         for number, episode in enumerate(episodes)
     ]
-    _write_table(
-        folder / "meta/episodes" / _named(0), robot_package("pyarrow").Table.from_pylist(rows)
-    )
-    _write_table(folder / "meta/tasks.parquet", _task_table(tasks))
     whole = {name: np.concatenate([some[name] for some in columns]) for name in columns[0]}
+    arrow = robot_package("pyarrow")
+    _write_table(folder / "data" / _FIRST_FILE, _table(whole))
+    _write_table(folder / "meta/episodes" / _FIRST_FILE, arrow.Table.from_pylist(rows))
+    _write_table(folder / "meta/tasks.parquet", _task_table(tasks))
     _write_json(folder / "meta/stats.json", {name: _stats(x) for name, x in whole.items()})
-    info = _info(whole, joints, fps, robot, len(episodes), len(tasks))
-    _write_json(folder / INFO, info)
+    _write_json(folder / INFO, _info(whole, joints, fps, robot, len(episodes), len(tasks)))
     about = [{"take": episode.take, "notes": episode.notes} for episode in episodes]
     _write_json(folder / "meta/omocap.json", {"episodes": about})
-
-
-def _info(
-    frames: Columns, joints: Sequence[str], fps: int, robot: str, episodes: int, tasks: int
-) -> dict[str, Any]:
-    return {
-        "codebase_version": _VERSION,
-        "robot_type": robot,
-        "total_episodes": episodes,
-        "total_frames": len(frames["index"]),
-        "total_tasks": tasks,
-        "chunks_size": _CHUNK,
-        "data_files_size_in_mb": _MEGABYTES,
-        "video_files_size_in_mb": 2 * _MEGABYTES,
-        "fps": fps,
-        "splits": {"train": f"0:{episodes}"},
-        "data_path": f"data/{_FILE}",
-        "video_path": None,
-        "features": {name: _feature(name, x, joints) for name, x in frames.items()},
-    }
 
 
 def _columns(episode: RobotEpisode, number: int, start: int, task: int, fps: int) -> Columns:
@@ -122,103 +100,68 @@ def _columns(episode: RobotEpisode, number: int, start: int, task: int, fps: int
     }
 
 
-def _feature(name: str, values: np.ndarray, joints: Sequence[str]) -> dict[str, Any]:
-    robot = [*(f"root_{part}" for part in _POSE), *joints]
+def _info(
+    frames: Columns, joints: Sequence[str], fps: int, robot: str, episodes: int, tasks: int
+) -> dict[str, Any]:
+    state = [*(f"root_{part}" for part in _POSE), *joints]
     names = {
-        "observation.state": robot,
+        "observation.state": state,
         "observation.environment_state": [f"object_{part}" for part in _POSE],
         "observation.hand_contact": ["left_hand", "right_hand"],
         "observation.foot_contact": ["left_foot", "right_foot"],
-        "action": robot,
+        "action": state,
     }
-    return {
-        "dtype": "int64" if name in _COUNTERS else "float32",
-        "shape": values.shape[1:] or (1,),
-        "names": names.get(name),
+    features = {
+        name: {"dtype": str(x.dtype), "shape": x.shape[1:] or (1,), "names": names.get(name)}
+        for name, x in frames.items()
     }
+    counts = {"total_episodes": episodes, "total_frames": len(frames["index"])}
+    sizes = {"data_files_size_in_mb": 100, "video_files_size_in_mb": 200, "chunks_size": 1000}
+    files = {"data_path": f"data/{_FILE}", "video_path": None, "splits": {"train": f"0:{episodes}"}}
+    about = {"codebase_version": "v3.0", "robot_type": robot, "fps": fps, "total_tasks": tasks}
+    return {**about, **counts, **sizes, **files, "features": features}
 
 
-def _files(columns: Sequence[Columns]) -> list[int]:
-    """Return the number of the file that each episode is in."""
-    sizes = [sum(x.nbytes for x in some.values()) for some in columns]
-    before = np.array([0, *accumulate(sizes)][:-1])
-    return np.unique(before // (_MEGABYTES * 2**20), return_inverse=True)[1].tolist()
-
-
-def _named(number: int) -> str:
-    return _FILE.format(chunk_index=number // _CHUNK, file_index=number % _CHUNK)
-
-
-def _write_frames(folder: Path, columns: Sequence[Columns], files: Sequence[int]) -> None:
-    """Write the frames, each episode as a row group of its file."""
-    parquet = robot_package("pyarrow.parquet")
-    for number in sorted(set(files)):
-        tables = [_table(some) for some, file in zip(columns, files, strict=True) if file == number]
-        path = folder / "data" / _named(number)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with parquet.ParquetWriter(path, tables[0].schema) as writer:
-            for table in tables:
-                writer.write_table(table)
-
-
-def _table(columns: Columns) -> Any:
-    arrow = robot_package("pyarrow")
-
-    def array(x: np.ndarray) -> Any:
-        flat = arrow.array(x.ravel())
-        return flat if x.ndim == 1 else arrow.FixedSizeListArray.from_arrays(flat, x.shape[1])
-
-    return arrow.table({name: array(x) for name, x in columns.items()})
-
-
-def _row(episode: RobotEpisode, number: int, start: int, file: int) -> dict[str, Any]:
-    """Return what `meta/episodes` says of an episode, but for its statistics."""
+def _row(episode: RobotEpisode, number: int, start: int, columns: Columns) -> dict[str, Any]:
+    """Return what `meta/episodes` says of an episode."""
+    files = {f"{place}/{part}_index": 0 for place in ("data", "meta/episodes") for part in _PARTS}
     return {
         "episode_index": number,
         "tasks": [episode.task],
         "length": len(episode.qpos),
-        "data/chunk_index": file // _CHUNK,
-        "data/file_index": file % _CHUNK,
         "dataset_from_index": start,
         "dataset_to_index": start + len(episode.qpos),
-        "meta/episodes/chunk_index": 0,
-        "meta/episodes/file_index": 0,
-    }
-
-
-def _flat_stats(columns: Columns) -> dict[str, Any]:
-    return {
-        f"stats/{name}/{stat}": value
-        for name, x in columns.items()
-        for stat, value in _stats(x).items()
+        **files,
+        **{f"stats/{n}/{stat}": v for n, x in columns.items() for stat, v in _stats(x).items()},
     }
 
 
 def _stats(values: np.ndarray) -> dict[str, Any]:
     """Return what policies are normalised with, each a number for every column."""
     x = values.reshape(len(values), -1).astype(np.float64)
-    quantiles = np.quantile(x, list(_QUANTILES.values()), axis=0)
-    found = {
-        "min": x.min(axis=0),
-        "max": x.max(axis=0),
-        "mean": x.mean(axis=0),
-        "std": x.std(axis=0),
-    }
-    found |= dict(zip(_QUANTILES, quantiles, strict=True))
+    quantiles = zip(_QUANTILES, np.quantile(x, list(_QUANTILES.values()), axis=0), strict=True)
+    found = {"min": x.min(axis=0), "max": x.max(axis=0), "mean": x.mean(axis=0)}
+    found |= {"std": x.std(axis=0), **dict(quantiles)}
     return {"count": [len(x)], **{name: value.tolist() for name, value in found.items()}}
+
+
+def _table(columns: Columns) -> Any:
+    arrow = robot_package("pyarrow")
+    lists = arrow.FixedSizeListArray
+    arrays = {
+        name: x if x.ndim == 1 else lists.from_arrays(arrow.array(x.ravel()), x.shape[1])
+        for name, x in columns.items()
+    }
+    return arrow.table(arrays)
 
 
 def _task_table(tasks: Sequence[str]) -> Any:
     """Return the table of tasks as pandas writes one whose index they are."""
-    index = "__index_level_0__"
-    table = robot_package("pyarrow").table({"task_index": range(len(tasks)), index: tasks})
-    described = [
-        {"name": name, "field_name": field, "pandas_type": kind, "numpy_type": type_, "metadata": None}
-        for name, field, kind, type_ in (
-            ("task_index", "task_index", "int64", "int64"), (None, index, "unicode", "object"),
-        )
-    ]  # fmt: skip
-    about = {"index_columns": [index], "column_indexes": [], "columns": described}
+    table = robot_package("pyarrow").table({"task_index": range(len(tasks)), _INDEX: tasks})
+    parts = ("name", "field_name", "pandas_type", "numpy_type", "metadata")
+    number = dict(zip(parts, ("task_index", "task_index", "int64", "int64", None), strict=True))
+    text = dict(zip(parts, (None, _INDEX, "unicode", "object", None), strict=True))
+    about = {"index_columns": [_INDEX], "column_indexes": [], "columns": [number, text]}
     return table.replace_schema_metadata({"pandas": json.dumps(about)})
 
 
@@ -244,5 +187,4 @@ def load_episode(path: Path) -> RobotEpisode:
     with np.load(path, allow_pickle=False) as arrays:
         kept = dict(arrays)
     words = {name: str(kept.pop(name)) for name in ("take", "task")}
-    notes = tuple(kept.pop("notes").tolist())
-    return RobotEpisode(**words, **kept, notes=notes)
+    return RobotEpisode(**words, notes=tuple(kept.pop("notes").tolist()), **kept)

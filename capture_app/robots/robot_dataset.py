@@ -25,8 +25,7 @@ from capture_app.robots.lerobot_files import (
 )
 from capture_app.robots.robot_files import with_object
 from capture_app.robots.robot_model import Robot, robot_package
-from capture_app.robots.robot_solver import solve_robot
-from capture_app.robots.robot_targets import robot_targets
+from capture_app.robots.robot_solver import robot_motion
 from capture_app.solve_samples import solved_result
 from capture_app.staging import Staging
 from omomo_core.errors import InputError, OmocapError
@@ -128,29 +127,25 @@ class _EpisodeMaker:
     def episodes(self, take: Path, progress: Progress) -> list[RobotEpisode]:
         """Return the episodes of a result folder."""
         result = load_result(take)
+        named = {sample_index(result, self.request.sample): take.name}
         if self.request.all_samples:
-            samples = range(len(result.people))
-            named = {k: f"{take.name} sample {k + 1}" for k in samples}
-        else:
-            named = {sample_index(result, self.request.sample): take.name}
+            named = {k: f"{take.name} sample {k + 1}" for k in range(len(result.people))}
         return [self._episode(result, index, name, progress) for index, name in named.items()]
 
     def _episode(self, result: Result, index: int, name: str, progress: Progress) -> RobotEpisode:
-        numbers = (result.folder / MOTION).stat()
-        manifest = (result.folder / MANIFEST).read_bytes()
-        state = (name, index, manifest, numbers.st_size, numbers.st_mtime_ns)
-        path = self.finished / f"{_digest(str(result.folder.resolve()), *state)}.npz"
+        made = (result.folder / MANIFEST).read_bytes(), (result.folder / MOTION).stat().st_mtime_ns
+        path = self.finished / f"{_digest(str(result.folder.resolve()), index, name, *made)}.npz"
         if path.is_file():
             self.found += 1
             return load_episode(path)
-        made = self._made(solved_result(result, [index], progress), index, name)
+        episode = self._made(solved_result(result, [index], progress), index, name)
         self.finished.mkdir(exist_ok=True)
-        save_episode(path, made)
-        return made
+        save_episode(path, episode)
+        return episode
 
     def _made(self, result: Result, index: int, name: str) -> RobotEpisode:
         sampled = sampled_person(result, index, float(self.request.fps))
-        motion = solve_robot(self.robot, robot_targets(self.robot, sampled, body_of(result)))
+        motion = robot_motion(self.robot, sampled, body_of(result))
         moved = sampled.object_motion
         return RobotEpisode(
             take=name,

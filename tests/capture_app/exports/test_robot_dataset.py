@@ -16,10 +16,10 @@ import pytest
 from capture_app.cli.app import invoke
 from capture_app.commands.export import ExportFormat, ExportRequest
 from capture_app.result import Result, body_of
-from capture_app.robots import lerobot_files
 from capture_app.robots.export_robot import sampled_person
 from capture_app.robots.lerobot_files import RobotEpisode, write_lerobot
 from capture_app.robots.robot_dataset import export_data_set
+from capture_app.robots.robot_model import load_robot
 from capture_app.robots.robot_solver import robot_motion
 from omomo_core.errors import InputError
 
@@ -68,7 +68,7 @@ def test_states_are_the_robots_joints(
     state = np.array(table["observation.state"].to_pylist(), np.float32)
     action = np.array(table["action"].to_pylist(), np.float32)
     sampled = sampled_person(result, 0, 24.0)
-    motion = robot_motion(*humanoid, sampled, body_of(result))
+    motion = robot_motion(load_robot(*humanoid), sampled, body_of(result))
     frames = len(motion.qpos)
     assert len(state) == 2 * frames
     for start in (0, frames):
@@ -112,25 +112,16 @@ def test_meta_says_what_the_frames_are(humanoid: tuple[Path, Path], data_set: Pa
     assert [episode["take"] for episode in about["episodes"]] == ["carry", "lift"]
 
 
-def test_a_large_data_set_has_several_files(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(lerobot_files, "_MEGABYTES", 0.02)
-    monkeypatch.setattr(lerobot_files, "_CHUNK", 2)
+def test_each_episode_has_its_task(tmp_path: Path) -> None:
     pose, contact = np.zeros((100, 7)), np.zeros((100, 2), bool)
-    episodes = [
-        RobotEpisode("a", f"Task {k % 2}.", pose + k, pose, contact, contact) for k in range(6)
-    ]
+    tasks = ("Lift.", "Carry.", "Lift.")
+    episodes = [RobotEpisode("a", task, pose, pose, contact, contact) for task in tasks]
     write_lerobot(tmp_path, episodes, [], 30, "cart")
+    table = parquet.read_table(tmp_path / "data/chunk-000/file-000.parquet")
+    assert table["task_index"].to_pylist() == [0] * 100 + [1] * 100 + [0] * 100
     rows = parquet.read_table(tmp_path / "meta/episodes/chunk-000/file-000.parquet").to_pylist()
-    for k, row in enumerate(rows):
-        name = f"chunk-{row['data/chunk_index']:03d}/file-{row['data/file_index']:03d}.parquet"
-        table = parquet.read_table(tmp_path / "data" / name)
-        mine = [r for r in table.to_pylist() if r["episode_index"] == k]
-        assert len(mine) == 100
-        assert mine[0]["observation.state"] == [k] * 7
-        assert mine[0]["task_index"] == k % 2
-    assert {row["data/chunk_index"] for row in rows} == {0, 1}
+    assert [row["tasks"] for row in rows] == [[task] for task in tasks]
+    assert [row["dataset_from_index"] for row in rows] == [0, 100, 200]
 
 
 def test_a_bad_take_is_named_and_the_others_are_kept(

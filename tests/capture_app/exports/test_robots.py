@@ -45,7 +45,7 @@ def test_hands_stay_on_the_object_and_feet_on_the_floor(
     result: Result, humanoid: tuple[Path, Path]
 ) -> None:
     sampled = Sampled(result.best, result.object_motion, FPS)
-    motion = robot_motion(*humanoid, sampled, body_of(result))
+    motion = robot_motion(load_robot(*humanoid), sampled, body_of(result))
     check_limits(motion, FPS)
     assert np.percentile(motion.miss[motion.targets.held], 95) < 0.015
     # Another reading of the joints: MuJoCo's own on the model as the file has it.
@@ -132,7 +132,7 @@ def test_what_it_cannot_reach_is_said(result: Result, humanoid: tuple[Path, Path
     lifted = Sampled(
         replace(best, joints=joints), replace(result.object_motion, T_world_object=T), FPS
     )
-    motion = robot_motion(*humanoid, lifted, body_of(result))
+    motion = robot_motion(load_robot(*humanoid), lifted, body_of(result))
     check_limits(motion, FPS)
     notes = list(unreached(motion))
     assert any("left palm" in note for note in notes)
@@ -408,9 +408,8 @@ def test_options_of_another_format_are_refused(
 
 @pytest.mark.slow
 def test_unitree_g1_keeps_to_the_demo(result: Result, shared: Path) -> None:
-    robot = shared / "data/robots/unitree_g1/g1_29dof.xml"
-    motion = robot_motion(
-        robot, None, Sampled(result.best, result.object_motion, FPS), body_of(result)
-    )
+    robot = load_robot(shared / "data/robots/unitree_g1/g1_29dof.xml")
+    sampled = Sampled(result.best, result.object_motion, FPS)
+    motion = robot_motion(robot, sampled, body_of(result))
     check_limits(motion, FPS)
     assert np.percentile(motion.miss[motion.targets.held], 95) < 0.015
