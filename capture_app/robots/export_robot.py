@@ -20,6 +20,8 @@ from omomo_core.geometry.runs import runs
 
 NEAR = 0.015
 """Metres: a palm that is farther from its place on the object is reported."""
+SLIDING = 0.03
+"""Metres a second: a planted foot that is faster is reported."""
 _JOINED = 0.3
 """Seconds between two spans that are reported as one."""
 
@@ -107,6 +109,13 @@ def unreached(motion: RobotMotion) -> Iterator[str]:
                 f"From {start / fps:.2f} to {stop / fps:.2f} s the {side} palm is up to "
                 f"{100 * most:.1f} cm from its place on the object: the robot cannot reach it."
             )
+    planted = motion.targets.planted
+    slid = fps * np.linalg.norm(np.diff(motion.ankles, axis=0), axis=2) * planted[1:] * planted[:-1]
+    for start, stop in runs(_joined((slid > SLIDING).any(axis=1), round(_JOINED * fps))):
+        yield (
+            f"From {start / fps:.2f} to {stop / fps:.2f} s a foot that stands slides at up to "
+            f"{slid[start:stop].max():.2f} m/s: the robot cannot stand on it there."
+        )
     touching = runs(_joined(motion.apart < 0.0, round(_JOINED * fps)))
     for start, stop in touching:
         yield f"From {start / fps:.2f} to {stop / fps:.2f} s parts of the robot touch each other."

@@ -139,6 +139,18 @@ def test_what_it_cannot_reach_is_said(result: Result, humanoid: tuple[Path, Path
     assert all("robot cannot reach it" in note for note in notes)
 
 
+def test_a_foot_that_slides_is_said(result: Result, humanoid: tuple[Path, Path]) -> None:
+    sampled = Sampled(result.best, result.object_motion, FPS)
+    motion = robot_motion(load_robot(*humanoid), sampled, body_of(result))
+    assert not any("slides" in note for note in unreached(motion))
+    frame = int(np.flatnonzero(motion.targets.planted[:-1, 0] & motion.targets.planted[1:, 0])[0])
+    ankles = motion.ankles.copy()
+    ankles[frame + 1 :, 0] += [0.01, 0.0, 0.0]
+    (note,) = (n for n in unreached(replace(motion, ankles=ankles)) if "slides" in n)
+    assert note.startswith(f"From {frame / FPS:.2f} to {(frame + 1) / FPS:.2f} s a foot")
+    assert "0.30 m/s" in note
+
+
 @pytest.mark.parametrize(
     ("said", "code"),
     [
