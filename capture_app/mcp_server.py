@@ -36,7 +36,7 @@ Paths are relative to one folder."""
 _PATHS = {
     "session": "What the phone's logger wrote (folder, pose file or archive), or the object's own motion.",
     "result": "Result folder that the tool `run` wrote.",
-    "output": "File or folder to write.",
+    "output": "File or folder to write, which is not there yet.",
 }
 """Descriptions of fields that the command line describes elsewhere."""
 _EVERY = 0.5
@@ -100,10 +100,9 @@ def _links_of(path: Path, seen: set[Path]) -> Iterator[Path]:
 class Tool:
     """One thing that a client may ask for."""
 
-    name: str
-    description: str
     model: type[BaseModel]
     work: Callable[[Bounds, Any, Progress], Blocks]
+    """Its docstring is the tool's description."""
     hidden: str = ""
     """Fields of the model that clients do not say."""
 
@@ -143,6 +142,7 @@ class Tool:
 
 
 def _inspect(bounds: Bounds, request: Any, progress: Progress) -> Blocks:
+    """Check a recording: is it good, and what is to be done?"""
     from capture_app.inspection import inspect_take, inspection_data
 
     mount = mount_file(request.mount) if request.object else None
@@ -152,6 +152,7 @@ def _inspect(bounds: Bounds, request: Any, progress: Progress) -> Blocks:
 
 
 def _run(bounds: Bounds, request: RunRequest, progress: Progress) -> Blocks:
+    """Make the motion of the person who moved the object: a result folder, in a minute or so."""
     from capture_app.pipeline import run_take
     from ingest.animated.detect import is_animation
     from ingest.formats.registry import check_there
@@ -167,6 +168,7 @@ def _run(bounds: Bounds, request: RunRequest, progress: Progress) -> Blocks:
 
 
 def _list(bounds: Bounds, request: Any, progress: Progress) -> Blocks:
+    """List the results in the folder."""
     found: list[dict[str, Any]] = []
     for place, folders, files in os.walk(bounds.root):
         folders[:] = sorted(name for name in folders if name[0] != ".")
@@ -187,6 +189,7 @@ def _about(bounds: Bounds, folder: Path) -> dict[str, Any]:
 
 
 def _picture(bounds: Bounds, request: Any, progress: Progress) -> Blocks:
+    """Draw a picture of a result."""
     from capture_app.rendering import render_result
 
     _own_body(bounds, request.result)
@@ -199,9 +202,11 @@ def _picture(bounds: Bounds, request: Any, progress: Progress) -> Blocks:
 
 
 def _export(bounds: Bounds, request: Any, progress: Progress) -> Blocks:
+    """Write a result for another program."""
     from capture_app.exports.export_sample import export_result
 
     _own_body(bounds, request.result)
+    _check_new(request.output)
     made = export_result(request, progress)
     return _json({"files": [bounds.shown(path) for path in made.files], "notes": made.notes})
 
@@ -211,6 +216,14 @@ def _own_body(bounds: Bounds, result: Path) -> None:
     for item in read_manifest(result / MANIFEST).inputs:
         if item.role == "body":
             bounds.inside(os.path.relpath(item.path, bounds.root))
+
+
+def _check_new(output: Path) -> None:
+    """Refuse to write over what is there: recordings and meshes lie in the folder, too."""
+    near = (path.name for path in (output.parent.iterdir() if output.parent.is_dir() else ()))
+    if taken := [n for n in near if n == output.name or n.startswith(f"{output.stem}_object.")]:
+        fix = "Choose another name with ‹output›."
+        raise InputError("output-exists", "This is there already.", where=taken[0], fix=fix)
 
 
 def _json(value: Any) -> Blocks:
@@ -227,14 +240,14 @@ _OF_RUN = {
 _INSPECTED: Any = {name: (field.annotation, field) for name, field in _OF_RUN.items()}
 _Inspect: Any = create_model("InspectArguments", __base__=ReadingOptions, **_INSPECTED)
 _Picture: Any = create_model("PictureArguments", __base__=RenderRequest, output=(Path, Path()))
-_ROBOT = "robot frames all_samples task"
-TOOLS = (
-    Tool("inspect", "Check a recording: is it good, and what is to be done?", _Inspect, _inspect),
-    Tool("run", "Make the person's motion, a result folder, in a minute or so.", RunRequest, _run),
-    Tool("list", "List the results in the folder.", create_model("NoArguments"), _list),
-    Tool("picture", "Draw a result.", _Picture, _picture, f"{_ROBOT} output sheet smooth backend"),
-    Tool("export", "Write it for another program.", ExportRequest, _export, f"{_ROBOT} blender"),
-)
+_NONE: Any = create_model("NoArguments")
+TOOLS = {
+    "inspect": Tool(_Inspect, _inspect),
+    "run": Tool(RunRequest, _run),
+    "list": Tool(_NONE, _list),
+    "picture": Tool(_Picture, _picture, "output robot frames sheet smooth backend"),
+    "export": Tool(ExportRequest, _export, "robot frames all_samples task blender"),
+}
 
 
 class _Watch:
@@ -266,16 +279,22 @@ class _Watch:
             self.stop.set()
 
 
-async def _answer(bounds: Bounds, tool: Tool, said: dict[str, Any], context: Context) -> Any:
+async def _answer(
+    bounds: Bounds, params: types.CallToolRequestParams, context: Context
+) -> types.CallToolResult:
     """Return the result of a tool; it works in a thread, and what is wrong becomes an error of the tool."""
     watch, content, wrong = _Watch(), _text("Stopped."), True
+
+    def work() -> Blocks:
+        if (tool := TOOLS.get(params.name)) is None:
+            fix = f"The tools are {', '.join(TOOLS)}."
+            raise InputError("tool-unknown", "There is no such tool.", where=params.name, fix=fix)
+        return tool.work(bounds, tool.request(bounds, params.arguments or {}), watch)
+
     async with anyio.create_task_group() as tasks:
         tasks.start_soon(watch.tell, context)
         try:
-            content = await anyio.to_thread.run_sync(
-                lambda: tool.work(bounds, tool.request(bounds, said), watch)
-            )
-            wrong = False
+            content, wrong = await anyio.to_thread.run_sync(work), False
         except OmocapError as error:
             parts = {"where": error.where, "fix": error.fix, "code": error.code}
             lines = (f"{name}: {text}" for name, text in parts.items() if text)
@@ -283,7 +302,7 @@ async def _answer(bounds: Bounds, tool: Tool, said: dict[str, Any], context: Con
         except _Stopped:
             pass
         except Exception as error:
-            logging.getLogger(__name__).exception("%s", tool.name)
+            logging.getLogger(__name__).exception("%s", params.name)
             content = _text(f"This is a defect of omocap: {type(error).__name__}.")
         tasks.cancel_scope.cancel()
     return types.CallToolResult(content=list(content), is_error=wrong)
@@ -291,18 +310,15 @@ async def _answer(bounds: Bounds, tool: Tool, said: dict[str, Any], context: Con
 
 def mcp_server(folder: Path) -> Server[Any]:
     """Return the server for one folder, which exists."""
-    bounds, tools = Bounds(folder.resolve()), {tool.name: tool for tool in TOOLS}
+    bounds = Bounds(folder.resolve())
 
     async def list_tools(context: Context, params: Any) -> types.ListToolsResult:
-        offered = ((tool.name, tool.description, tool.schema) for tool in TOOLS)
+        offered = ((name, tool.work.__doc__, tool.schema) for name, tool in TOOLS.items())
         tools = [types.Tool(name=n, description=text, input_schema=s) for n, text, s in offered]
         return types.ListToolsResult(tools=tools)
 
     async def call_tool(context: Context, params: types.CallToolRequestParams) -> Any:
-        if (tool := tools.get(params.name)) is None:
-            text = _text(f"There is no tool {params.name}: there are {', '.join(tools)}.")
-            return types.CallToolResult(content=list(text), is_error=True)
-        return await _answer(bounds, tool, params.arguments or {}, context)
+        return await _answer(bounds, params, context)
 
     return Server("omocap", instructions=ABOUT, on_list_tools=list_tools, on_call_tool=call_tool)
 

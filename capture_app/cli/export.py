@@ -12,7 +12,7 @@ from capture_app.commands.request import validated
 
 
 @derived(ExportRequest)
-def export(result: options.Results, file: options.ExportFile = None, **said: Any) -> None:
+def export(result: options.Result, file: options.ExportFile = None, **said: Any) -> None:
     """Write a result for another program: the person, their root motion and the object.
 
     glb: Blender, Unity, Unreal, web pages. bvh: every animation program (the object in a second file).

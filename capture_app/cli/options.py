@@ -38,13 +38,6 @@ Recording = Annotated[
 Result = Annotated[
     Path, typer.Argument(help="Result folder that `omocap run` wrote.", show_default=False)
 ]
-Results = Annotated[
-    Path,
-    typer.Argument(
-        help="Result folder that `omocap run` wrote; with --to lerobot also a folder of these.",
-        show_default=False,
-    ),
-]
 ResultFolder = Annotated[Path, _option("-o", "--output", text="Result folder to make.")]
 OutputFile = Annotated[
     Path | None,

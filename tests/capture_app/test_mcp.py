@@ -72,7 +72,7 @@ def test_it_inspects_and_says_what_is_wrong(folder: Path) -> None:
         assert "argument-invalid" in await text(client, "run", **FAST, output="out", blender="sh")
         assert "has no manifest" in await text(client, "picture", result=SESSION)
         assert json.loads(await text(client, "list")) == {"results": []}
-        assert "no tool" in await text(client, "shell")
+        assert "tool-unknown" in await text(client, "shell")
 
     ask(folder, questions)
     assert sorted(path.name for path in folder.iterdir()) == sorted((SESSION, MESH, MOUNT))
@@ -128,8 +128,12 @@ def test_it_runs_lists_draws_and_exports(folder: Path) -> None:
         drawn = await client.call_tool("picture", {"result": "out", "still": 3, "size": "320x180"})
         with Image.open(BytesIO(b64decode(drawn.content[0].data))) as picture:
             assert (picture.size, drawn.content[0].mime_type) == ((320, 180), "image/png")
-        written = json.loads(await text(client, "export", result="out", to="bvh", output="."))
+        for output in (".", f"{SESSION}/odometry.csv"):
+            said = await text(client, "export", result="out", output=output, to="csv")
+            assert "output-exists" in said
+        written = json.loads(await text(client, "export", result="out", output="out.bvh"))
         assert written["files"] == ["out.bvh", "out_object.bvh"]
+        assert "output-exists" in await text(client, "export", result="out", output="out.bvh")
         said = await text(client, "export", result="out", to="bvh", output="../out.bvh")
         assert "path-outside" in said
 

@@ -232,6 +232,7 @@ def test_lerobot_reads_it(data_set: Path, python_with_lerobot: Path, tmp_path: P
     assert theirs["episodes"] == 2
     assert theirs["lengths"].tolist() == [frames, frames]
     assert theirs["last_length"] == frames
+    assert theirs["edited"].tolist() == [4, 4 * frames, 3, 3 * frames]
     assert set(theirs["tasks"].tolist()) == {"Move the box."}
     assert len(theirs["names"]) == theirs["observation.state"].shape[1]
     assert theirs["mean"] == pytest.approx(theirs["action"].mean(axis=0), abs=1e-5)
