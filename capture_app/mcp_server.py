@@ -214,8 +214,10 @@ def _export(bounds: Bounds, request: Any, progress: Progress) -> Blocks:
 def _own_body(bounds: Bounds, result: Path) -> None:
     """Refuse a result on a body whose file lies elsewhere."""
     for item in read_manifest(result / MANIFEST).inputs:
-        if item.role == "body":
-            bounds.inside(os.path.relpath(item.path, bounds.root))
+        if item.role == "body" and not Path(item.path).resolve().is_relative_to(bounds.root):
+            what = "The body of this result lies outside of the folder of this server."
+            fix = "Copy the body's file into the folder, and run the take again with it."
+            raise InputError("path-outside", what, where=item.path, fix=fix)
 
 
 def _check_new(output: Path) -> None:

@@ -61,6 +61,9 @@ def write_lerobot(
         joints: names of the joints, in the order of `qpos`.
         fps: frames a second.
         robot: name of the robot's type.
+
+    Raises:
+        InputError: "disk-full" or "output-not-writable".
     """
     tasks = list(dict.fromkeys(episode.task for episode in episodes))
     starts = [0, *accumulate(len(episode.qpos) for episode in episodes)]
@@ -73,14 +76,16 @@ def write_lerobot(
         for number, episode in enumerate(episodes)
     ]
     whole = {name: np.concatenate([some[name] for some in columns]) for name in columns[0]}
-    arrow = robot_package("pyarrow")
-    _write_table(folder / "data" / _FIRST_FILE, _table(whole))
-    _write_table(folder / "meta/episodes" / _FIRST_FILE, arrow.Table.from_pylist(rows))
-    _write_table(folder / "meta/tasks.parquet", _task_table(tasks))
-    _write_json(folder / "meta/stats.json", {name: _stats(x) for name, x in whole.items()})
-    _write_json(folder / INFO, _info(whole, joints, fps, robot, len(episodes), len(tasks)))
     about = [{"take": episode.take, "notes": episode.notes} for episode in episodes]
-    _write_json(folder / "meta/omocap.json", {"episodes": about})
+    (folder / "meta").mkdir(exist_ok=True)
+    with whole_file(folder / INFO) as info:
+        _write_table(folder / "data" / _FIRST_FILE, _table(whole))
+        episode_table = robot_package("pyarrow").Table.from_pylist(rows)
+        _write_table(folder / "meta/episodes" / _FIRST_FILE, episode_table)
+        _write_table(folder / "meta/tasks.parquet", _task_table(tasks))
+        _write_json(folder / "meta/stats.json", {name: _stats(x) for name, x in whole.items()})
+        _write_json(folder / "meta/omocap.json", {"episodes": about})
+        _write_json(info, _info(whole, joints, fps, robot, len(episodes), len(tasks)))
 
 
 def _columns(episode: RobotEpisode, number: int, start: int, task: int, fps: int) -> Columns:

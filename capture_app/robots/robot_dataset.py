@@ -63,6 +63,8 @@ def export_data_set(request: ExportRequest, progress: Progress = silent) -> Expo
         try:
             episodes += maker.episodes(take, progress)
         except OmocapError as error:
+            if error.code in ("disk-full", "output-not-writable"):
+                raise
             failures.append(f"{take.name} is left out: {error.what} {error.fix}".strip())
     if not episodes:
         staging.discard()
@@ -72,8 +74,8 @@ def export_data_set(request: ExportRequest, progress: Progress = silent) -> Expo
             where=str(request.result),
             fix="Mend the takes, or give other results.",
         )
-    shutil.rmtree(maker.finished)
     write_lerobot(staging.folder, episodes, robot.joints, request.fps, robot.path.stem)
+    shutil.rmtree(maker.finished)
     staging.publish()
     progress("episodes", 1.0)
     return Exported((target,), tuple(_notes(episodes, maker.found)), tuple(failures))

@@ -134,8 +134,11 @@ def test_it_runs_lists_draws_and_exports(folder: Path) -> None:
         written = json.loads(await text(client, "export", result="out", output="out.bvh"))
         assert written["files"] == ["out.bvh", "out_object.bvh"]
         assert "output-exists" in await text(client, "export", result="out", output="out.bvh")
-        said = await text(client, "export", result="out", to="bvh", output="../out.bvh")
-        assert "path-outside" in said
+        manifest = json.loads((folder / "out/manifest.json").read_text())
+        elsewhere = str(folder.parent / "smplx.npz")
+        manifest["inputs"].append({**manifest["inputs"][0], "role": "body", "path": elsewhere})
+        (folder / "out/manifest.json").write_text(json.dumps(manifest))
+        assert "The body of this result" in await text(client, "picture", result="out")
 
     ask(folder, questions)
     assert (folder / "out.bvh").read_text().startswith("HIERARCHY")

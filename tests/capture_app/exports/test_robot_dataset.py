@@ -161,6 +161,29 @@ def test_an_interrupted_export_goes_on(
         assert parquet.read_table(out / file).equals(parquet.read_table(data_set / file))
 
 
+@pytest.mark.parametrize(("function", "found"), [("_write_table", 2), ("np.savez", 0)])
+def test_a_full_disk_loses_nothing_that_is_finished(
+    motions: Path,
+    humanoid: tuple[Path, Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    function: str,
+    found: int,
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    asked = request(motions, humanoid, tmp_path / "out")
+    with monkeypatch.context() as patch:
+        patch.setattr(f"capture_app.robots.lerobot_files.{function}", full)
+        with pytest.raises(InputError) as caught:
+            export_data_set(asked)
+    assert caught.value.code == "disk-full"
+    assert not asked.output.exists()
+    notes = export_data_set(asked).notes
+    assert any(note.startswith(f"{found} of 2") for note in notes) == (found > 0)
+
+
 def test_every_sample_may_be_an_episode(
     result: Result, humanoid: tuple[Path, Path], tmp_path: Path
 ) -> None:
