@@ -1,8 +1,8 @@
 """What `omocap inspect` finds: the report on a session, and what a run would use of it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import trimesh
@@ -148,6 +148,29 @@ def refuse_bad(inspection: Inspection) -> None:
             where=_where(inspection, bad),
             fix=" ".join([*dict.fromkeys(check.fix for check in bad), *forced]),
         )
+
+
+def inspection_data(inspection: Inspection) -> dict[str, Any]:
+    """Return an inspection as JSON, and whether a run would refuse the take."""
+    take, refusal = inspection.take, None
+    try:
+        refuse_bad(inspection)
+    except InputError as problem:
+        refusal = problem
+    return {
+        "app": inspection.session.app,
+        "source": str(inspection.session.source),
+        "verdict": inspection.verdict,
+        "reason": inspection.reason,
+        "advice": inspection.advice,
+        "usable": refusal is None,
+        "problem": str(refusal) if refusal else None,
+        "severity": inspection.report.severity,
+        "checks": [asdict(check) for check in inspection.report.checks],
+        "segments": [list(segment) for segment in take.segments] if take else [],
+        "floor": {"height": take.floor.height, "source": take.floor.source} if take else None,
+        "notes": list(take.notes) if take else [],
+    }
 
 
 def usable_take(inspection: Inspection, *, force: bool = False, strict: bool = False) -> ObjectTake:

@@ -114,10 +114,12 @@ def _robot(request: RenderRequest, human: HumanMotion, result: Result) -> list[A
     if request.robot is None:
         return []
     from capture_app.robots.robot_film import robot_actors
+    from capture_app.robots.robot_model import load_robot
     from capture_app.robots.robot_solver import robot_motion
 
+    robot = load_robot(request.robot, request.frames)
     sampled = Sampled(human, result.object_motion, FPS)
-    return robot_actors(robot_motion(request.robot, request.frames, sampled, body_of(result)))
+    return robot_actors(robot_motion(robot, sampled, body_of(result)))
 
 
 def draw_video(request: ResultRequest, progress: Progress = silent) -> None:

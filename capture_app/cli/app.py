@@ -20,6 +20,7 @@ from capture_app.cli import (
     export,
     formats,
     inspect,
+    mcp,
     overlay,
     render,
     replay,
@@ -57,6 +58,7 @@ app.command("overlay", no_args_is_help=True)(overlay.overlay)
 app.command("compare", no_args_is_help=True)(compare.compare)
 app.command("export", no_args_is_help=True)(export.export)
 app.command("batch", no_args_is_help=True)(batch.batch)
+app.command("mcp", no_args_is_help=True)(mcp.mcp)
 app.command("worker")(worker.worker)
 app.command("rerun", no_args_is_help=True)(rerun.rerun)
 app.command("resolve", no_args_is_help=True)(resolve.resolve)

@@ -31,6 +31,7 @@ _STAGES = {
     "body": "Moving the body",
     "solve": "Fitting the body",
     "export": "Writing the files",
+    "episodes": "Making episodes",
     "video": "Drawing the video",
     "board": "Looking for the board",
     "look": "Looking for sharp pictures",

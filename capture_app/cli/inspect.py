@@ -1,6 +1,5 @@
 """`omocap inspect`: look a take over before spending time on it."""
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,7 +12,7 @@ from capture_app.cli.console import in_options, output, report, say
 from capture_app.cli.derived import derived
 from capture_app.commands.reading import ReadingOptions
 from capture_app.commands.request import validated
-from capture_app.commands.run import RunRequest
+from capture_app.commands.run import RunRequest, mount_file
 from ingest.report.take_report import folded
 from omomo_core.errors import InputError
 
@@ -67,10 +66,10 @@ def inspect(
 
     Tells which stretches of it `omocap run` can use. Exit code 0, or 2 when a run would refuse it.
     """
-    from capture_app.inspection import inspect_take, refuse_bad
+    from capture_app.inspection import inspect_take, inspection_data, refuse_bad
 
     # Without the object the phone alone is inspected, and needs no mount.
-    place = options.mount_file(mount) if mesh else None
+    place = mount_file(mount) if mesh else None
     inspection = inspect_take(
         session,
         mesh,
@@ -91,7 +90,7 @@ def inspect(
     if as_json:
         from capture_app.commands.spelling import all_in_options
 
-        output.print_json(data=all_in_options(_as_data(inspection, refusal)))
+        output.print_json(data=all_in_options(inspection_data(inspection)))
     else:
         _show(inspection)
         if html is not None:
@@ -125,24 +124,6 @@ def _write_picture(inspection: "Inspection", path: Path) -> None:
             fix="Leave out --picture, or give the object and its mount.",
         )
     write_png(path, picture)
-
-
-def _as_data(inspection: "Inspection", refusal: InputError | None) -> dict[str, Any]:
-    take = inspection.take
-    return {
-        "app": inspection.session.app,
-        "source": str(inspection.session.source),
-        "verdict": inspection.verdict,
-        "reason": inspection.reason,
-        "advice": inspection.advice,
-        "usable": refusal is None,
-        "problem": str(refusal) if refusal else None,
-        "severity": inspection.report.severity,
-        "checks": [asdict(check) for check in inspection.report.checks],
-        "segments": [list(segment) for segment in take.segments] if take else [],
-        "floor": {"height": take.floor.height, "source": take.floor.source} if take else None,
-        "notes": list(take.notes) if take else [],
-    }
 
 
 def _show(inspection: "Inspection") -> None:

@@ -8,9 +8,6 @@ import typer
 
 from capture_app.commands.inputs import LOG, OptionGroup
 from capture_app.commands.run import DRAW
-from omomo_core.errors import InputError
-
-IDENTITY = "identity"
 
 
 class DrawingBackend(StrEnum):
@@ -82,23 +79,3 @@ Steps = Annotated[
     int, typer.Option(help="Steps of the sampler; more is slower and finer.", min=1, max=1000)
 ]
 Weights = Annotated[Path | None, _option(text="Folder of your own weights, from `omocap train`.")]
-
-
-def mount_file(mount: Path | str | None) -> Path | None:
-    """The mount's file, None for the word identity.
-
-    Raises:
-        InputError: it is not given; the message explains what a mount is.
-    """
-    if mount is None:
-        raise InputError(
-            "mount-needed",
-            "The mount is not given. The log says how the phone moved; the mount says where the "
-            "object is as the phone sees it: a rotation and an offset in metres, which stay the "
-            "same while the phone stays clamped.",
-            where="--mount",
-            fix="Find it once per clamping with `omocap calibrate`, which asks what you have and writes the "
-            "file for --mount FILE. Only if the mesh was made in the axes of the phone's camera, pass "
-            "--mount identity. A file of the object's own motion needs none: see docs/blender.md.",
-        )
-    return None if str(mount) == IDENTITY else Path(mount)

@@ -6,12 +6,11 @@ from typing import Annotated, Any
 
 import typer
 
-from capture_app.cli import options
 from capture_app.cli.console import progress_bars, say
 from capture_app.cli.derived import derived
 from capture_app.commands.reading import ReadingOptions
 from capture_app.commands.request import validated
-from capture_app.commands.run import RunRequest
+from capture_app.commands.run import RunRequest, mount_file
 from omomo_core.whole_file import check_target, write_whole
 
 Seen = Annotated[
@@ -69,7 +68,7 @@ def replay(
     own = path / "replay.html" if is_result(path) else Path(f"{name}_replay.html")
     target = file or own
     check_target(target, (".html",))
-    place = options.mount_file(mount) if mesh else None
+    place = mount_file(mount) if mesh else None
     paths = [path] if second is None else [path, second]
     reading = validated(ReadingOptions, said, "option-invalid").reading
     with progress_bars() as progress:

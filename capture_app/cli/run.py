@@ -6,7 +6,7 @@ from capture_app.cli import options
 from capture_app.cli.derived import derived
 from capture_app.cli.summary import show_result
 from capture_app.commands.request import validated
-from capture_app.commands.run import RunRequest
+from capture_app.commands.run import RunRequest, mount_file
 
 HELP = """Make the motion of the person who moved the object.
 
@@ -35,7 +35,7 @@ def run(
     check_there(session)
     animated = is_animation(session, mounted=said["mount"] is not None)
     if not animated:
-        said["mount"] = options.mount_file(said["mount"])
+        said["mount"] = mount_file(said["mount"])
     if not video:
         said["video_size"] = None
     said |= {"session": session, "output": output, "animated": animated}

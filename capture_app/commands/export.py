@@ -15,7 +15,7 @@ Units = Literal["m", "cm"]
 
 
 class ExportFormat(StrEnum):
-    """What to write; robot is a folder, and dae is there to be refused with a reason."""
+    """What to write; robot and lerobot are folders, and dae is there to be refused with a reason."""
 
     glb = "glb"
     bvh = "bvh"
@@ -24,6 +24,7 @@ class ExportFormat(StrEnum):
     amass = "amass"
     csv = "csv"
     robot = "robot"
+    lerobot = "lerobot"
     dae = "dae"
 
 
@@ -110,25 +111,50 @@ class ExportRequest(ExportOptions, Request):
     robot: Annotated[
         Path | None,
         Field(
-            description="Robot that shall do the motion: its MJCF or URDF file (with --to robot)."
+            description="Robot that shall do the motion: its MJCF or URDF file (with --to robot or lerobot)."
         ),
     ] = None
     frames: Annotated[
         Path | None,
         Field(description="File that maps the robot's bodies, if it is not a Unitree G1 or H1."),
     ] = None
+    all_samples: Annotated[
+        bool,
+        Field(description="An episode for each sample, not for the chosen one alone (lerobot)."),
+    ] = False
+    task: Annotated[
+        str | None,
+        Field(
+            min_length=1,
+            max_length=200,
+            description="What the robot does, in words (lerobot); made from the object's name if not given.",
+        ),
+    ] = None
 
     @property
     def is_of_robot(self) -> bool:
         """Whether a robot's folder is asked for."""
-        return self.to is ExportFormat.robot or (self.to is None and self.robot is not None)
+        return (
+            self.is_data_set or self.to is ExportFormat.robot or (not self.to and bool(self.robot))
+        )
+
+    @property
+    def is_data_set(self) -> bool:
+        """Whether a data set is asked for, which may be of many results."""
+        return self.to is ExportFormat.lerobot
 
     @model_validator(mode="after")
     def _all_is_used(self) -> "ExportRequest":
-        own = "skeleton blender bones up units" if self.is_of_robot else "robot frames"
-        for field in own.split():
+        unused: dict[str, str] = dict.fromkeys(("robot", "frames"), "the motion of a robot")
+        if self.is_of_robot:
+            fields = ("bones", "skeleton", "blender", "up", "units")
+            unused = dict.fromkeys(fields, "files of other programs")
+        if not self.is_data_set:
+            unused |= dict.fromkeys(("all_samples", "task"), "a data set")
+        elif self.all_samples:
+            unused["sample"] = "one sample"
+        for field, kind in unused.items():
             if getattr(self, field) != type(self).model_fields[field].default:
-                kind = "files of other programs" if self.is_of_robot else "the motion of a robot"
                 raise InputError(
                     "option-unused",
                     f"This option is only for {kind}.",

@@ -15,6 +15,7 @@ from capture_app.commands.reading import ReadingOptions
 from capture_app.commands.render import RenderRequest, View
 from capture_app.commands.request import Request, VideoSize, place_of
 from capture_app.commands.text_values import read_place
+from omomo_core.errors import InputError
 
 if TYPE_CHECKING:
     from omomo_core.generation.generation_options import GenerationOptions
@@ -55,6 +56,8 @@ DRAW = "Draw a video."
 """Description of the choice whether a video is drawn."""
 VIDEO = "motion.mp4"
 """Name of the video in a result folder."""
+IDENTITY = "identity"
+"""The word for a mount in whose place the mesh is made in the frame of the phone."""
 
 
 class TakeOptions(ReadingOptions):
@@ -317,3 +320,23 @@ class ResolveRequest(ResultRequest):
         Path, Field(description="Contacts of the sample as you want them (contacts.json).")
     ]
     sample: Sample = None
+
+
+def mount_file(mount: Path | str | None) -> Path | None:
+    """The mount's file, None for the word identity.
+
+    Raises:
+        InputError: it is not given; the message explains what a mount is.
+    """
+    if mount is None:
+        raise InputError(
+            "mount-needed",
+            "The mount is not given. The log says how the phone moved; the mount says where the "
+            "object is as the phone sees it: a rotation and an offset in metres, which stay the "
+            "same while the phone stays clamped.",
+            field="mount",
+            fix="Find it once per clamping with ‹omocap calibrate›, which asks what you have and writes the "
+            "file for ‹mount›. Only if the mesh was made in the axes of the phone's camera, give "
+            "‹mount› identity. A file of the object's own motion needs none: see docs/blender.md.",
+        )
+    return None if str(mount) == IDENTITY else Path(mount)

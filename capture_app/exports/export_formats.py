@@ -42,12 +42,12 @@ def layout_of(kind: ExportFormat) -> FileLayout:
     Raises:
         InputError: "format-not-written" for COLLADA, "robot-is-folder" for a robot.
     """
-    if kind is ExportFormat.robot:
+    if kind in (ExportFormat.robot, ExportFormat.lerobot):
         raise InputError(
             "robot-is-folder",
             "A robot's motion is a folder of files, which only the command line writes.",
-            where="‹to› robot",
-            fix="Use ‹omocap export› with ‹to› robot and ‹robot›.",
+            where=f"‹to› {kind}",
+            fix=f"Use ‹omocap export› with ‹to› {kind} and ‹robot›.",
         )
     if kind is ExportFormat.dae:
         raise InputError(

@@ -87,6 +87,8 @@ class Exported:
     """One; for BVH the person's and the object's; for a USD layer also the object's picture."""
     notes: tuple[str, ...]
     """What the user should know about it, in sentences."""
+    failures: tuple[str, ...] = ()
+    """Takes that are not in a data set of many, and why."""
 
 
 def export(

@@ -11,7 +11,7 @@ from capture_app.exports.resample import Sampled, at_rate
 from capture_app.progress import Progress, silent
 from capture_app.result import Result, body_of, load_result, sample_index
 from capture_app.robots.robot_files import ARRAYS, scene_of, write_robot_files
-from capture_app.robots.robot_model import load_robot
+from capture_app.robots.robot_model import Robot, load_robot
 from capture_app.robots.robot_solver import RobotMotion, robot_motion
 from capture_app.solve_samples import solved_result
 from capture_app.staging import staged_folder
@@ -20,6 +20,8 @@ from omomo_core.geometry.runs import runs
 
 NEAR = 0.015
 """Metres: a palm that is farther from its place on the object is reported."""
+SLIDING = 0.03
+"""Metres a second: a planted foot that is faster is reported."""
 _JOINED = 0.3
 """Seconds between two spans that are reported as one."""
 
@@ -35,22 +37,16 @@ def export_robot(request: ExportRequest, progress: Progress = silent) -> Exporte
         InputError: "robot-needed", see `load_robot` and `scene_of`; or the result cannot be read, or the
             folder exists.
     """
-    if request.robot is None:
-        raise InputError(
-            "robot-needed",
-            "Nothing says which robot shall move.",
-            field="robot",
-            fix="Give its MJCF or URDF file with ‹robot›.",
-        )
-    robot = load_robot(request.robot, request.frames)
+    robot = robot_of(request)
     result = load_result(request.result)
     index = sample_index(result, request.sample)
-    target = _target(request, result)
+    suffix = "" if request.sample is None else f"_sample_{request.sample}"
+    target = new_folder(request.output, f"{result.folder.resolve().name}{suffix}_robot", ARRAYS)
     with staged_folder(target) as folder:
         scene = scene_of(folder, robot, result.object_motion.mesh)
         result = solved_result(result, [index], progress)
         sampled = sampled_person(result, index, float(request.fps))
-        motion = robot_motion(request.robot, request.frames, sampled, body_of(result))
+        motion = robot_motion(robot, sampled, body_of(result))
         files = write_robot_files(folder, motion, sampled.object_motion, scene)
     files = tuple(target / f.relative_to(folder) for f in files)
     return Exported(files, tuple(unreached(motion)))
@@ -62,11 +58,36 @@ def sampled_person(result: Result, index: int, fps: float) -> Sampled:
     return at_rate(person, result.object_motion, body_of(result), fps)
 
 
-def _target(request: ExportRequest, result: Result) -> Path:
-    target = request.output
-    if target.is_dir() and not (target / ARRAYS).exists():
-        suffix = "" if request.sample is None else f"_sample_{request.sample}"
-        target /= f"{result.folder.resolve().name}{suffix}_robot"
+def robot_of(request: ExportRequest) -> Robot:
+    """Return the robot that a request names.
+
+    Raises:
+        InputError: "robot-needed", or see `load_robot`.
+    """
+    if request.robot is None:
+        raise InputError(
+            "robot-needed",
+            "Nothing says which robot shall move.",
+            field="robot",
+            fix="Give its MJCF or URDF file with ‹robot›.",
+        )
+    return load_robot(request.robot, request.frames)
+
+
+def new_folder(output: Path, name: str, mark: str) -> Path:
+    """Return the folder to make, which is not there yet.
+
+    Args:
+        output: the folder, or one to put it in.
+        name: of the folder in that one.
+        mark: a file of such a folder, by which one that is there already is known.
+
+    Raises:
+        InputError: "output-exists".
+    """
+    target = output
+    if target.is_dir() and not (target / mark).exists():
+        target /= name
     if target.exists() or target.is_symlink():
         raise InputError(
             "output-exists",
@@ -88,6 +109,13 @@ def unreached(motion: RobotMotion) -> Iterator[str]:
                 f"From {start / fps:.2f} to {stop / fps:.2f} s the {side} palm is up to "
                 f"{100 * most:.1f} cm from its place on the object: the robot cannot reach it."
             )
+    planted = motion.targets.planted
+    slid = fps * np.linalg.norm(np.diff(motion.ankles, axis=0), axis=2) * planted[1:] * planted[:-1]
+    for start, stop in runs(_joined((slid > SLIDING).any(axis=1), round(_JOINED * fps))):
+        yield (
+            f"From {start / fps:.2f} to {stop / fps:.2f} s a foot that stands slides at up to "
+            f"{slid[start:stop].max():.2f} m/s: the robot cannot stand on it there."
+        )
     touching = runs(_joined(motion.apart < 0.0, round(_JOINED * fps)))
     for start, stop in touching:
         yield f"From {start / fps:.2f} to {stop / fps:.2f} s parts of the robot touch each other."

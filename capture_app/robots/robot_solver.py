@@ -6,7 +6,6 @@ other may not come nearer than a margin.
 """
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,14 +13,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.spatial.transform import Rotation
 
 from capture_app.exports.resample import Sampled
-from capture_app.robots.robot_model import (
-    SIDES,
-    Robot,
-    joint_range,
-    load_robot,
-    robot_package,
-    site_of,
-)
+from capture_app.robots.robot_model import SIDES, Robot, joint_range, robot_package, site_of
 from capture_app.robots.robot_targets import RobotTargets, robot_targets
 from omomo_core.body.model import BodyModel
 
@@ -327,19 +319,12 @@ def measured(
     return RobotMotion(robot, targets, qpos, miss, places["foot"], apart)
 
 
-def robot_motion(
-    robot: Path, frames: Path | None, sampled: Sampled, body: BodyModel
-) -> RobotMotion:
+def robot_motion(robot: Robot, sampled: Sampled, body: BodyModel) -> RobotMotion:
     """Return the motion of a robot for a person's.
 
     Args:
-        robot: MJCF or URDF file.
-        frames: map of its bodies; a preset if not given.
+        robot: who moves.
         sampled: the person and the object at the rate of the files.
         body: whose bones the motion moves.
-
-    Raises:
-        InputError: see `load_robot`.
     """
-    model = load_robot(robot, frames)
-    return solve_robot(model, robot_targets(model, sampled, body))
+    return solve_robot(robot, robot_targets(robot, sampled, body))

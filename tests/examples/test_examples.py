@@ -9,6 +9,8 @@ import sys
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 import av
 import numpy as np
@@ -17,6 +19,7 @@ from PIL import Image
 from pxr import Usd, UsdGeom
 from pygltflib import GLTF2
 from safetensors import safe_open
+from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.demo_take import DEMO, MESH, SESSION, clamped_phone
 from ingest.formats import registry
@@ -215,9 +218,69 @@ def test_10_reads_a_format_that_is_not_built_in(
         assert str(file["object_name"]) == Path(MESH).stem
 
 
+class StandIn:
+    """Takes what GMR's class takes, checks its conventions, and follows the pelvis.
+
+    Its turns are those of GMR's file for SMPL-X and the G1: a human joint's frame times such a turn, w first,
+    is the robot's, whose pelvis and feet look along x with z up, and whose arms lie along x.
+    """
+
+    TRUNK = Rotation.from_quat([0.5, -0.5, -0.5, -0.5], scalar_first=True)
+    RIGHT = Rotation.from_quat([0.0, 0.0, 0.0, -1.0], scalar_first=True)
+
+    def __init__(
+        self,
+        src_human: str,
+        tgt_robot: str,
+        actual_human_height: float | None = None,
+        solver: str = "daqp",
+        damping: float = 0.5,
+        verbose: bool = True,
+        use_velocity_limit: bool = True,
+    ) -> None:
+        assert (src_human, tgt_robot) == ("smplx", "unitree_g1")
+        assert actual_human_height is not None
+        self.scale = 0.9 * actual_human_height / 1.8
+        self.last: dict[str, Any] = {}
+
+    def retarget(self, human_data: dict[str, Any], offset_to_ground: bool = False) -> np.ndarray:
+        place = {name: np.asarray(point) for name, (point, _) in human_data.items()}
+        turn = {
+            name: Rotation.from_quat(q, scalar_first=True) for name, (_, q) in human_data.items()
+        }
+        if not self.last:
+            for name in ("pelvis", "left_foot", "right_foot"):
+                R = (turn[name] * self.TRUNK).as_matrix()
+                assert R[2, 2] > 0.9, "upright"
+                assert R[:2, 0] @ (turn["pelvis"] * self.TRUNK).as_matrix()[:2, 0] > 0.5, "ahead"
+        for side, offset in (("left", Rotation.identity()), ("right", self.RIGHT)):
+            arm = place[f"{side}_wrist"] - place[f"{side}_elbow"]
+            along = (turn[f"{side}_elbow"] * offset).as_matrix()[:, 0]
+            assert along @ arm > 0.95 * np.linalg.norm(arm), "arms lie along x"
+        self.last = human_data
+        return np.r_[
+            self.scale * place["pelvis"], turn["pelvis"].as_quat(scalar_first=True), np.zeros(29)
+        ]
+
+
+def test_11_gives_gmr_what_it_expects(run: Run, out: Path, monkeypatch: pytest.MonkeyPatch):
+    module = ModuleType("general_motion_retargeting")
+    module.GeneralMotionRetargeting = StandIn  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    said = run(11, out)
+    assert f"{FRAMES} frames of 29 joints; the way is scaled by 0.8" in said
+    assert np.loadtxt(out / "gmr.csv", delimiter=",").shape == (FRAMES, 36)
+
+
+def test_11_says_how_to_get_gmr(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    monkeypatch.setitem(sys.modules, "general_motion_retargeting", None)
+    with pytest.raises(SystemExit, match="pip install git"):
+        run_example(11, tmp_path)
+
+
 def test_each_example_is_tested_and_listed():
     names = sorted(path.name for path in FOLDER.glob("*.py"))
-    assert [name[:2] for name in names] == [f"{k:02}" for k in range(1, 11)]
+    assert [name[:2] for name in names] == [f"{k:02}" for k in range(1, 12)]
     listed = re.findall(r"\]\((\d\d_\w+\.py)\)", (FOLDER / "README.md").read_text())
     assert listed == names
     tested = re.findall(r"^def test_(\d\d)_", Path(__file__).read_text(), re.MULTILINE)

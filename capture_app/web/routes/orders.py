@@ -287,7 +287,10 @@ class Resolve(OtherContacts):
     video: Annotated[bool, Field(title="Draw a video", description=DRAW)] = True
 
 
-@by_id(ExportRequest, leave_out=("name", "output", "blender", "robot", "frames"))
+@by_id(
+    ExportRequest,
+    leave_out=("name", "output", "blender", "robot", "frames", "all_samples", "task"),
+)
 class Export(DescribedModel):
     """A result becomes a file of another program."""
 
@@ -297,7 +300,7 @@ class Export(DescribedModel):
     result: Id
     """Id of the result."""
     to: Annotated[ExportFormat, FORMAT_WORDS, Field(title="Format")]
-    """Format of the file; dae and robot are refused with a reason."""
+    """Format of the file; dae, robot and lerobot are refused with a reason."""
 
 
 class Render(RenderOptions):

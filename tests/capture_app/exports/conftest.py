@@ -1,8 +1,10 @@
-"""Small motions on the shipped skeleton, and readings of files by others' libraries."""
+"""Small motions on the shipped skeleton, a small humanoid, and readings of files by others' libraries."""
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +12,11 @@ import torch
 from pygltflib import GLTF2
 from scipy.spatial.transform import Rotation
 
+from capture_app.commands.run import RunRequest
 from capture_app.exports.resample import Sampled
+from capture_app.pipeline import run_take
+from capture_app.result import Result
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from omomo_core.body.kinematics import full_kinematics, joints_of
 from omomo_core.body.model import BodyModel, load_body
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
@@ -153,3 +159,71 @@ class GlbReader:
 @pytest.fixture(scope="session")
 def read_glb() -> Callable[[Path], GlbReader]:
     return lambda path: GlbReader(GLTF2().load_binary(str(path)))
+
+
+LEG = (("hip_yaw", "0 0 1"), ("hip_roll", "1 0 0"), ("hip_pitch", "0 1 0"))
+ARM = (("shoulder_pitch", "0 1 0"), ("shoulder_roll", "1 0 0"), ("shoulder_yaw", "0 0 1"))
+HAND = (("wrist_roll", "1 0 0"), ("wrist_pitch", "0 1 0"), ("wrist_yaw", "0 0 1"))
+
+
+def joints(side: str, some: tuple[tuple[str, str], ...]) -> str:
+    return "".join(f'<joint name="{side}_{n}" axis="{axis}" range="-2.6 2.6"/>' for n, axis in some)
+
+
+def limbs(side: str, y: float) -> tuple[str, str]:
+    capsule = '<geom type="capsule" size=".03" fromto="0 0 -.05 0 0 {}"/>'
+    leg = f"""<body name="{side}_thigh" pos="0 {y} -.1">{joints(side, LEG)}{capsule.format(-0.25)}
+      <body name="{side}_shank" pos="0 0 -.33"><joint name="{side}_knee" axis="0 1 0" range="0 2.6"/>
+      {capsule.format(-0.25)}<body name="{side}_foot" pos="0 0 -.33">
+      {joints(side, (("ankle_pitch", "0 1 0"), ("ankle_roll", "1 0 0")))}
+      <geom type="box" size=".09 .04 .01" pos=".03 0 -.04"/></body></body></body>"""
+    arm = f"""<body name="{side}_arm" pos="0 {2 * y} .4">{joints(side, ARM)}{capsule.format(-0.2)}
+      <body name="{side}_elbow" pos="0 0 -.26"><joint name="{side}_elbow" axis="0 1 0" range="-2.6 .3"/>
+      <geom type="capsule" size=".025" fromto=".05 0 0 .18 0 0"/>
+      <body name="{side}_hand" pos=".22 0 0">{joints(side, HAND)}
+      <geom type="box" size=".05 .015 .03" pos=".06 0 0"/></body></body></body>"""
+    return leg, arm
+
+
+@pytest.fixture(scope="session")
+def humanoid(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """The model and the map of a humanoid of 26 joints whose legs are 66 cm long."""
+    folder = tmp_path_factory.mktemp("humanoid")
+    (left_leg, left_arm), (right_leg, right_arm) = limbs("left", 0.1), limbs("right", -0.1)
+    model = folder / "humanoid.xml"
+    model.write_text(f"""<mujoco><compiler angle="radian"/><worldbody><body name="hips" pos="0 0 .8">
+      <freejoint/><geom type="box" size=".06 .08 .05"/>{left_leg}{right_leg}
+      <body name="trunk" pos="0 0 .05"><joint name="waist" axis="0 0 1" range="-2 2"/>
+      <joint name="bow" axis="0 1 0" range="-.5 .9"/><geom type="box" size=".07 .1 .2" pos="0 0 .2"/>
+      {left_arm}{right_arm}</body></body></worldbody></mujoco>""")
+    both = {
+        f"{side}_{part}": {"body": f"{side}_{body}", "point": [x, 0, 0]}
+        for side in ("left", "right")
+        for part, body, x in (("foot", "foot", 0), ("palm", "hand", 0.08), ("elbow", "elbow", 0))
+    }
+    frames = folder / "frames.json"
+    chosen: dict[str, Any] = {
+        "pelvis": {"body": "hips"},
+        "torso": {"body": "trunk"},
+        **both,
+        "sole": 0.05,
+    }
+    chosen |= {"arms": ["left_arm", "right_arm"], "legs": ["left_thigh", "right_thigh"]}
+    chosen["stance"] = {f"{s}_knee": 0.5 for s in ("left", "right")}
+    frames.write_text(json.dumps(chosen))
+    return model, frames
+
+
+@pytest.fixture(scope="session")
+def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
+    """The demonstration take."""
+    request = RunRequest(
+        session=DEMO / SESSION,
+        object=DEMO / MESH,
+        mount=DEMO / MOUNT,
+        output=tmp_path_factory.mktemp("demo") / "result",
+        samples=1,
+        steps=5,
+        video_size=None,
+    )
+    return run_take(request)

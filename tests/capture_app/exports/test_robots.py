@@ -16,10 +16,8 @@ from scipy.spatial.transform import Rotation
 from capture_app.cli.app import invoke
 from capture_app.commands.export import ExportFormat, ExportRequest
 from capture_app.commands.render import RenderRequest
-from capture_app.commands.run import RunRequest
 from capture_app.exports.export_sample import export_result
 from capture_app.exports.resample import Sampled
-from capture_app.pipeline import run_take
 from capture_app.rendering import render_result
 from capture_app.result import Result, body_of
 from capture_app.robots import robot_files, robot_model
@@ -27,79 +25,11 @@ from capture_app.robots.export_robot import export_robot, unreached
 from capture_app.robots.robot_files import scene_of
 from capture_app.robots.robot_model import load_robot
 from capture_app.robots.robot_solver import RobotMotion, robot_motion
-from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
 
 mujoco = pytest.importorskip("mujoco")
 pytest.importorskip("mink")
-
-LEG = (("hip_yaw", "0 0 1"), ("hip_roll", "1 0 0"), ("hip_pitch", "0 1 0"))
-ARM = (("shoulder_pitch", "0 1 0"), ("shoulder_roll", "1 0 0"), ("shoulder_yaw", "0 0 1"))
-HAND = (("wrist_roll", "1 0 0"), ("wrist_pitch", "0 1 0"), ("wrist_yaw", "0 0 1"))
-
-
-def joints(side: str, some: tuple[tuple[str, str], ...]) -> str:
-    return "".join(f'<joint name="{side}_{n}" axis="{axis}" range="-2.6 2.6"/>' for n, axis in some)
-
-
-def limbs(side: str, y: float) -> tuple[str, str]:
-    capsule = '<geom type="capsule" size=".03" fromto="0 0 -.05 0 0 {}"/>'
-    leg = f"""<body name="{side}_thigh" pos="0 {y} -.1">{joints(side, LEG)}{capsule.format(-0.25)}
-      <body name="{side}_shank" pos="0 0 -.33"><joint name="{side}_knee" axis="0 1 0" range="0 2.6"/>
-      {capsule.format(-0.25)}<body name="{side}_foot" pos="0 0 -.33">
-      {joints(side, (("ankle_pitch", "0 1 0"), ("ankle_roll", "1 0 0")))}
-      <geom type="box" size=".09 .04 .01" pos=".03 0 -.04"/></body></body></body>"""
-    arm = f"""<body name="{side}_arm" pos="0 {2 * y} .4">{joints(side, ARM)}{capsule.format(-0.2)}
-      <body name="{side}_elbow" pos="0 0 -.26"><joint name="{side}_elbow" axis="0 1 0" range="-2.6 .3"/>
-      <geom type="capsule" size=".025" fromto=".05 0 0 .18 0 0"/>
-      <body name="{side}_hand" pos=".22 0 0">{joints(side, HAND)}
-      <geom type="box" size=".05 .015 .03" pos=".06 0 0"/></body></body></body>"""
-    return leg, arm
-
-
-@pytest.fixture(scope="module")
-def humanoid(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """The model and the map of a humanoid of 26 joints whose legs are 66 cm long."""
-    folder = tmp_path_factory.mktemp("humanoid")
-    (left_leg, left_arm), (right_leg, right_arm) = limbs("left", 0.1), limbs("right", -0.1)
-    model = folder / "humanoid.xml"
-    model.write_text(f"""<mujoco><compiler angle="radian"/><worldbody><body name="hips" pos="0 0 .8">
-      <freejoint/><geom type="box" size=".06 .08 .05"/>{left_leg}{right_leg}
-      <body name="trunk" pos="0 0 .05"><joint name="waist" axis="0 0 1" range="-2 2"/>
-      <joint name="bow" axis="0 1 0" range="-.5 .9"/><geom type="box" size=".07 .1 .2" pos="0 0 .2"/>
-      {left_arm}{right_arm}</body></body></worldbody></mujoco>""")
-    both = {
-        f"{side}_{part}": {"body": f"{side}_{body}", "point": [x, 0, 0]}
-        for side in ("left", "right")
-        for part, body, x in (("foot", "foot", 0), ("palm", "hand", 0.08), ("elbow", "elbow", 0))
-    }
-    frames = folder / "frames.json"
-    chosen: dict[str, Any] = {
-        "pelvis": {"body": "hips"},
-        "torso": {"body": "trunk"},
-        **both,
-        "sole": 0.05,
-    }
-    chosen |= {"arms": ["left_arm", "right_arm"], "legs": ["left_thigh", "right_thigh"]}
-    chosen["stance"] = {f"{s}_knee": 0.5 for s in ("left", "right")}
-    frames.write_text(json.dumps(chosen))
-    return model, frames
-
-
-@pytest.fixture(scope="module")
-def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
-    """The demonstration take."""
-    request = RunRequest(
-        session=DEMO / SESSION,
-        object=DEMO / MESH,
-        mount=DEMO / MOUNT,
-        output=tmp_path_factory.mktemp("demo") / "result",
-        samples=1,
-        steps=5,
-        video_size=None,
-    )
-    return run_take(request)
 
 
 def check_limits(motion: RobotMotion, fps: float) -> None:
@@ -115,7 +45,7 @@ def test_hands_stay_on_the_object_and_feet_on_the_floor(
     result: Result, humanoid: tuple[Path, Path]
 ) -> None:
     sampled = Sampled(result.best, result.object_motion, FPS)
-    motion = robot_motion(*humanoid, sampled, body_of(result))
+    motion = robot_motion(load_robot(*humanoid), sampled, body_of(result))
     check_limits(motion, FPS)
     assert np.percentile(motion.miss[motion.targets.held], 95) < 0.015
     # Another reading of the joints: MuJoCo's own on the model as the file has it.
@@ -202,11 +132,23 @@ def test_what_it_cannot_reach_is_said(result: Result, humanoid: tuple[Path, Path
     lifted = Sampled(
         replace(best, joints=joints), replace(result.object_motion, T_world_object=T), FPS
     )
-    motion = robot_motion(*humanoid, lifted, body_of(result))
+    motion = robot_motion(load_robot(*humanoid), lifted, body_of(result))
     check_limits(motion, FPS)
     notes = list(unreached(motion))
     assert any("left palm" in note for note in notes)
     assert all("robot cannot reach it" in note for note in notes)
+
+
+def test_a_foot_that_slides_is_said(result: Result, humanoid: tuple[Path, Path]) -> None:
+    sampled = Sampled(result.best, result.object_motion, FPS)
+    motion = robot_motion(load_robot(*humanoid), sampled, body_of(result))
+    assert not any("slides" in note for note in unreached(motion))
+    frame = int(np.flatnonzero(motion.targets.planted[:-1, 0] & motion.targets.planted[1:, 0])[0])
+    ankles = motion.ankles.copy()
+    ankles[frame + 1 :, 0] += [0.01, 0.0, 0.0]
+    (note,) = (n for n in unreached(replace(motion, ankles=ankles)) if "slides" in n)
+    assert note.startswith(f"From {frame / FPS:.2f} to {(frame + 1) / FPS:.2f} s a foot")
+    assert "0.30 m/s" in note
 
 
 @pytest.mark.parametrize(
@@ -478,9 +420,8 @@ def test_options_of_another_format_are_refused(
 
 @pytest.mark.slow
 def test_unitree_g1_keeps_to_the_demo(result: Result, shared: Path) -> None:
-    robot = shared / "data/robots/unitree_g1/g1_29dof.xml"
-    motion = robot_motion(
-        robot, None, Sampled(result.best, result.object_motion, FPS), body_of(result)
-    )
+    robot = load_robot(shared / "data/robots/unitree_g1/g1_29dof.xml")
+    sampled = Sampled(result.best, result.object_motion, FPS)
+    motion = robot_motion(robot, sampled, body_of(result))
     check_limits(motion, FPS)
     assert np.percentile(motion.miss[motion.targets.held], 95) < 0.015
