@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-from capture_app.commands.inputs import Sample, shown
+from capture_app.commands.inputs import FromLibrary, Sample, shown
 from capture_app.commands.request import Request
 from omomo_core.errors import InputError
 
@@ -100,9 +100,18 @@ class ExportRequest(ExportOptions, Request):
     result: Path
     skeleton: Annotated[
         Path | None,
+        FromLibrary(
+            ("material",),
+            (
+                "Drop your own character here",
+                "GLB, VRM or BVH, at rest in a T- or A-pose. The motion is made for it: palms stay in place.",
+            ),
+            ".glb,.vrm,.bvh",
+        ),
         Field(
+            title="Your own character",
             description="Character to move instead of ours: BVH, GLB or VRM with bones named as one of "
-            "--bones does, or a SMPL-X model file."
+            "--bones does, or a SMPL-X model file.",
         ),
     ] = None
     blender: Annotated[

@@ -147,9 +147,8 @@ def calibration_form(key: str) -> dict[str, Any]:
     """Return the form of a way as the page builds it.
 
     Its parts have a title, `todo` (instructions), `fields`, and `more` with fields behind a title.
-    A field is described as in `form_of`; those of further kinds are "brought" (of the library's `shelves`,
-    or dropped as `drop` says, and looked at as `look` says), "stored" (of the library alone), "board",
-    "place", "camera" and "matrix".
+    A field is described as in `form_of`; what is brought is looked at as `look` says. Those of further kinds
+    are "stored" (of the library's `shelves` alone), "board", "place", "camera" and "matrix".
     """
     form = FORMS[key]
     steps = {s.title: s.do for r in RECIPES if r.key == key for s in r.steps}
@@ -178,11 +177,8 @@ def _field(form: FormOfWay, name: str, one: Described) -> Described:
     if name in ("board", "place", "camera"):
         return one | {"kind": name}
     marks = form.model.model_fields[name].metadata
-    for mark in marks:
-        if isinstance(mark, Inline) and mark.value is Matrix:
-            return one | {"kind": "matrix"}
-        if isinstance(mark, FromLibrary):
-            kind = "stored" if mark.kinds == ("mount",) else "brought"
-            asked = {"shelves": mark.kinds, "drop": mark.drop, "accept": mark.accept}
-            return one | {"kind": kind, "look": form.looks.get(name, ""), **asked}
-    return one
+    if any(isinstance(mark, Inline) and mark.value is Matrix for mark in marks):
+        return one | {"kind": "matrix"}
+    if any(isinstance(mark, FromLibrary) and mark.kinds == ("mount",) for mark in marks):
+        return one | {"kind": "stored", "shelves": ("mount",)}
+    return one | {"look": form.looks.get(name, "")}

@@ -6,12 +6,13 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from capture_app.commands.inputs import OptionGroup, group_of
+from capture_app.commands.inputs import FromLibrary, OptionGroup, group_of
 from capture_app.commands.reading import ReadingOptions
 
 Described = dict[str, Any]
 """A field of a form: `name`, `title`, `hint`, `group`, and `kind` with what that kind needs. The page makes
-fields of the kinds "number", "tick", "choice" and "text"; of a field of kind "own" it must know by itself."""
+fields of the kinds "number", "tick", "choice", "text" and, with a list of what is stored, "brought": of the
+library's `shelves`, or dropped as `drop` says. Of a field of kind "own" it must know by itself."""
 
 _COMMAND = re.compile(r"\s*[^.]*`omocap[^.]*\.|;[^.;]*`omocap[^.;]*(?=\.)")
 """What a description says of the command line."""
@@ -33,10 +34,21 @@ def form_of(
     schema = model.model_json_schema()
     named = schema.get("$defs", {})
     return [
-        _described(name, said, named, known or {}) | {"group": _group(model, name)}
+        _described(name, said, named, known or {})
+        | {"group": _group(model, name)}
+        | _brought(model.model_fields[name].metadata)
         for name, said in schema["properties"].items()
         if name not in leave_out and name != "sample"
     ]
+
+
+def _brought(marks: Sequence[object]) -> Described:
+    """Return what a form needs for something that is taken from the library, or dropped."""
+    for mark in marks:
+        if isinstance(mark, FromLibrary) and mark.drop[0]:
+            asked = {"shelves": mark.kinds, "drop": mark.drop, "accept": mark.accept}
+            return {"kind": "brought", **asked}
+    return {}
 
 
 def _group(model: type[BaseModel], name: str) -> str:

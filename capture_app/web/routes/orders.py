@@ -100,7 +100,8 @@ def _client_field(name: str, field: FieldInfo) -> dict[str, Any]:
     if source is None:
         taken.description = text
         return {name: (field.annotation, taken)}
-    taken.metadata = []
+    # Its bounds are those of a path; the mark says what a form offers.
+    taken.metadata = [source]
     if isinstance(source, FromLibrary):
         kind: Any = Id
         taken.description = f"{text} The id of this in the library ({' or '.join(source.kinds)})."

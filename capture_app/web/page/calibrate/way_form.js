@@ -2,7 +2,7 @@
 import { api, freshKey, missing } from "../core/api.js";
 import { folded, h, hintLine, inRow, numbered, stacked } from "../core/dom.js";
 import { toJob } from "../core/router.js";
-import { brought } from "../parts/brought.js";
+import { broughtAs } from "../parts/brought.js";
 import { choice, describedFields, saidIn, sends } from "../parts/fields.js";
 import { objectField } from "../parts/mount_form.js";
 import { boardField, boardPlace, todo } from "./board.js";
@@ -72,17 +72,7 @@ function fieldsOf(way, context) {
     matrix: ({ title, hint }) => matrixField(`${title}: four rows of four numbers, metres`, hint),
     stored: (one) => choice(one.title, stored(one).map((/** @type {Item} */ { id, name }) => [id, name])),
     brought: (one) =>
-      brought({
-        label: one.title,
-        kind: one.shelves[0],
-        items: stored(one),
-        title: one.drop[0],
-        text: one.drop[1],
-        accept: one.accept || undefined,
-        folder: !one.accept,
-        signal,
-        look: one.look ? (id, stop) => looked({ of: one.look, id, board: board.read() }, stop) : null,
-      }),
+      broughtAs(one, stored(one), signal, (id, stop) => looked({ of: one.look, id, board: board.read() }, stop)),
   };
   const own = described.filter(({ kind }) => kind in kinds).map((one) => [one.name, kinds[one.kind](one)]);
   /** @type {Record<string, WayField>} */

@@ -7,13 +7,21 @@ import { dropArea } from "../upload/drop.js";
 import { order } from "../upload/gather.js";
 import { choice } from "./fields.js";
 import { trouble } from "./trouble.js";
-/** @import {Item, Looked} from "../core/answers.js" */
+/** @import {Described, Item, Looked} from "../core/answers.js" */
 
 /** @typedef {"session" | "video" | "material"} Kind */
 /** @typedef {(id: string, signal: AbortSignal) => Promise<Looked>} Look */
 /** @typedef {{label: string, kind: Kind, items: Item[], current?: string | null, title: string,
  *    text?: string, accept?: string, folder?: boolean, signal: AbortSignal, look?: Look | null,
  *    changed?: (id: string) => void}} Asked */
+
+/** A field of a form that the API describes so. @param {Described} one @param {Item[]} items
+ *  @param {AbortSignal} signal @param {Look | null} look */
+export function broughtAs({ title, shelves: [kind], drop, accept, look: looks }, items, signal, look = null) {
+  const [head, text] = drop;
+  const area = { title: head, text, accept: accept || undefined, folder: !accept };
+  return brought({ label: title, kind, items, signal, look: looks ? look : null, ...area });
+}
 
 /** kind: of the upload; items: those that are stored, of any kinds; `title`, `text`, `accept` and
  *  `folder` of the drop area; `look(id)` -> a promise of {good, doubts, notes}, or null for none.

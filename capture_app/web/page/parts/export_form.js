@@ -3,20 +3,23 @@ import { api } from "../core/api.js";
 import { announce, folded, h, inRow, put, say } from "../core/dom.js";
 import { poll } from "../core/poll.js";
 import { ended } from "../core/words.js";
+import { broughtAs } from "./brought.js";
 import { describedFields, grid, saidIn, sends } from "./fields.js";
 import { fileList } from "./files.js";
 import { trouble } from "./trouble.js";
-/** @import {Choices, Job, Result} from "../core/answers.js" */
+/** @import {Choices, Item, Job, Result} from "../core/answers.js" */
 
 /** Where what happens is told, and what follows a file. @typedef {{status: HTMLElement,
  *    problem: HTMLElement, signal: AbortSignal, made: () => Promise<void>}} Telling */
 
 /** Format and its few options, the job, and the file when it is there. `made()` after each file.
  *  `sample()`: which one the file is of, from 1.
- *  @param {Result} item @param {Choices} choices
+ *  @param {Result} item @param {Choices} choices @param {Item[]} materials
  *  @param {{sample: () => number, signal: AbortSignal, made: () => Promise<void>}} more */
-export function exportForm(item, choices, { sample, signal, made }) {
-  const { to, ...more } = describedFields(choices.forms.export);
+export function exportForm(item, choices, materials, { sample, signal, made }) {
+  const character = choices.forms.export.filter(({ kind }) => kind === "brought");
+  const own = character.map((one) => [one.name, broughtAs(one, materials, signal)]);
+  const { to, skeleton, ...more } = describedFields(choices.forms.export, Object.fromEntries(own));
   // A format that has an axis or a unit by definition leaves no choice of another one.
   const narrow = () => {
     const { ups = [], units = [] } = choices.exports.find((one) => one.to === to.read()) ?? {};
@@ -33,12 +36,12 @@ export function exportForm(item, choices, { sample, signal, made }) {
   const status = h("p", { class: "hint", role: "status" });
   const problem = h("div");
   const button = h("button", { type: "submit", class: "main" }, "Make the file");
-  const order = () => ({ kind: "export", result: item.id, ...saidIn({ to, ...more }), sample: sample() });
+  const order = () => ({ kind: "export", result: item.id, ...saidIn({ to, skeleton, ...more }), sample: sample() });
   return h(
     "form",
     { class: "stack", ...sends(button, problem, () => carryOut(order(), { status, problem, signal, made })) },
     to.node,
-    folded("Options", grid(more)),
+    folded("Options", grid(more), skeleton.node),
     inRow(button),
     status,
     problem,

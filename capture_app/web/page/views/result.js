@@ -12,7 +12,7 @@ import { samplePicker } from "../parts/samples.js";
 import { Stage } from "../parts/stage.js";
 import { knownPerson } from "../parts/known_person.js";
 import { sampleWords } from "/static/viewer/words.js";
-/** @import {Choices, Made, Motion, Result} from "../core/answers.js"
+/** @import {Choices, Item, Made, Motion, Result} from "../core/answers.js"
  *  @import {Visit} from "../core/router.js"
  *  @import {Context} from "../parts/videos_form.js" */
 
@@ -31,8 +31,8 @@ export async function result({ params, signal }) {
   const film = () => (filmed ??= bytes(`/api/results/${params.id}/film`, signal));
   /** @type {Result} */
   const item = await api(`/api/results/${params.id}`, { signal });
-  const [choices, guide, videos, sessions, parent] = await Promise.all([
-    ...["choices", "calibration", "videos", "sessions"].map((what) => api(`/api/${what}`, { signal })),
+  const [choices, guide, videos, sessions, materials, parent] = await Promise.all([
+    ...["choices", "calibration", "videos", "sessions", "materials"].map((what) => api(`/api/${what}`, { signal })),
     item.parent ? api(`/api/results/${item.parent}`, { signal }).catch(() => null) : null,
   ]);
   const stage = new Stage({ label: `The motion ${item.name} in 3D`, signal });
@@ -83,7 +83,7 @@ export async function result({ params, signal }) {
       contactEditor(item, stage, choices.forms.resolve),
     ),
     knownPerson(item, stage, choices.forms.run),
-    box("grid", use(item, choices, which, { sample, signal }), share(shared), words(item, stage)),
+    box("grid", use(item, choices, materials, which, { sample, signal }), share(shared), words(item, stage)),
     resultVideo(item, signal),
     moreVideos(item, { choices, guide, videos, sessions, sample, stage, signal }),
     making(item),
@@ -126,9 +126,9 @@ function origin(item, parent) {
 }
 
 /** `which`: says of which sample a file is.
- *  @param {Result} item @param {Choices} choices @param {HTMLElement} which
+ *  @param {Result} item @param {Choices} choices @param {Item[]} materials @param {HTMLElement} which
  *  @param {{sample: () => number, signal: AbortSignal}} shown */
-function use(item, choices, which, { sample, signal }) {
+function use(item, choices, materials, which, { sample, signal }) {
   const files = h("div");
   /** @param {Made[]} all */
   const list = (all) => put(files, fileList(all));
@@ -141,7 +141,7 @@ function use(item, choices, which, { sample, signal }) {
   return card(
     "Use it",
     which,
-    exportForm(item, choices, { sample, signal, made: refresh }),
+    exportForm(item, choices, materials, { sample, signal, made: refresh }),
     folded("All files", files),
   );
 }
