@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from capture_app.blender_extension.bone_names import BONE_NAMES
 from capture_app.commands.export import (
     Bones,
     ExportFormat,
@@ -16,7 +17,7 @@ from capture_app.commands.export import (
     UpAxis,
 )
 from capture_app.exports.amass import write_amass
-from capture_app.exports.bones import BONE_NAMES, take_on_own_bones
+from capture_app.exports.bones import take_on_own_bones
 from capture_app.exports.bvh import write_bvh
 from capture_app.exports.export_formats import format_of_ending, frame_of, target_of
 from capture_app.exports.exported_take import Take, placed

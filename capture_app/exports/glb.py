@@ -42,9 +42,11 @@ from pygltflib import (
 from pygltflib import Texture as GltfTexture
 from scipy.spatial.transform import Rotation
 
+from capture_app.blender_extension.bone_names import BONE_NAMES
 from capture_app.commands.export import Bones
 from capture_app.exports import exported_take as taken
-from capture_app.exports.bones import BONE_NAMES, creased, take_on_own_bones
+from capture_app.exports.bones import creased, take_on_own_bones
+from capture_app.exports.contact_spans import ContactSpan, contact_spans
 from capture_app.exports.exported_take import Take, placed, pose_locals, rest_locals
 from capture_app.exports.resample import Sampled, frames_of
 from capture_app.picture_bytes import PictureBytes, encoded
@@ -147,7 +149,8 @@ def write_glb(path: Path, human: HumanMotion, object_motion: ObjectMotion, body:
     """
     names = BONE_NAMES[Bones.smplx]
     blocks = (frames_of(human, object_motion, some) for some in row_blocks(len(human.root)))
-    _write(path, (take_on_own_bones(Sampled(*block, FPS), body, names) for block in blocks))
+    spans = contact_spans(Sampled(human, object_motion, FPS))
+    _write(path, (take_on_own_bones(Sampled(*block, FPS), body, names) for block in blocks), spans)
 
 
 def write_glb_take(path: Path, take: Take, *, vrm: bool = False) -> None:
@@ -155,17 +158,20 @@ def write_glb_take(path: Path, take: Take, *, vrm: bool = False) -> None:
 
     Nodes: the joints by their names (the way of the body on the hips), "body" (the skin) and
     "object". The turn of the world from z up to y up is part of the key frames: importers that drop a
-    node above the figure still stand it upright. Metres, seconds.
+    node above the figure still stand it upright. The node of the object carries the contacts as
+    `extras`: part, from, to (seconds), and for a hand the point on the object. Metres, seconds.
 
     Args:
         path: the .glb file to write.
         take: in our own world.
         vrm: say which joint is which humanoid bone, as in a .vrma file.
     """
-    _write(path, [take], vrm=vrm)
+    _write(path, [take], take.spans, vrm=vrm)
 
 
-def _write(path: Path, blocks: Iterable[Take], *, vrm: bool = False) -> None:
+def _write(
+    path: Path, blocks: Iterable[Take], spans: Iterable[ContactSpan], *, vrm: bool = False
+) -> None:
     """Write consecutive stretches of a take as one."""
     blocks = (placed(block, "y", "m") for block in blocks)
     take = next(blocks)
@@ -175,7 +181,7 @@ def _write(path: Path, blocks: Iterable[Take], *, vrm: bool = False) -> None:
     gltf.meshes = [_body_mesh(buffer, take.skin), _object_mesh(buffer, take.mesh)]
     gltf.nodes = _joint_nodes(take.skeleton)
     figure, thing = len(gltf.nodes), len(gltf.nodes) + 1
-    gltf.nodes += [Node(name="body", mesh=0, skin=0), _object_node(take)]
+    gltf.nodes += [Node(name="body", mesh=0, skin=0), _object_node(take, spans)]
     gltf.skins = [_skin(buffer, take.skeleton)]
     gltf.animations = [_animation(buffer, chain([take], blocks), thing, path.parent)]
     gltf.scenes = [Scene(nodes=[0, figure, thing])]
@@ -254,13 +260,14 @@ def _joint_nodes(skeleton: taken.Skeleton) -> list[Node]:
     return nodes
 
 
-def _object_node(take: Take) -> Node:
+def _object_node(take: Take, spans: Iterable[ContactSpan]) -> Node:
     T = take.T_world_object[:1]
     return Node(
         name="object",
         mesh=1,
         translation=T[0, :3, 3].tolist(),
         rotation=xyzw_from_matrix(T[:, :3, :3])[0].tolist(),
+        extras={"contacts": [span.described for span in spans]},
     )
 
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom, UsdSkel
 
+from capture_app.blender_extension.bone_names import BONE_NAMES
 from capture_app.commands.export import Bones, ExportFormat, ExportOptions
 from capture_app.exports import export_sample as exporting
-from capture_app.exports.bones import BONE_NAMES
 from capture_app.exports.export_formats import FORMATS, format_of_ending, frame_of, target_of
 from capture_app.exports.export_sample import export, object_file
 from omomo_core.body.model import BodyModel

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from capture_app.blender_extension.bone_names import BONE_NAMES
 from capture_app.commands.export import Bones, ExportFormat, ExportOptions
-from capture_app.exports.bones import BONE_NAMES, take_on_own_bones
+from capture_app.exports.bones import take_on_own_bones
 from capture_app.exports.bvh import write_bvh
 from capture_app.exports.export_sample import export
 from capture_app.exports.exported_take import Skeleton, Take, placed
@@ -22,7 +23,7 @@ from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
-from omomo_core.skeleton import joint
+from omomo_core.skeleton import ALL_JOINTS, joint
 from tests.capture_app.exports.smplx_files import posed, raise_shoulders, write_smplx
 
 UPRIGHT = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
@@ -215,7 +216,7 @@ def test_smplx_poses_are_those_of_the_model(
 ) -> None:
     """A stand-in for the licensed file, arms hanging at rest: posed by its poses, hands hold."""
     skeleton, human = character(shipped, 0.97, Bones.smplx)
-    order = [human[name] for name in BONE_NAMES[Bones.smplx].of]
+    order = [human[name] for name in ALL_JOINTS]
     rest = skeleton.positions[order] @ UPRIGHT + [0.01, -0.4, 0.02]
     raise_shoulders(rest)
     path = tmp_path / "SMPLX_FAKE.npz"

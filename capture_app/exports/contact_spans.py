@@ -1,0 +1,53 @@
+"""Which hand holds the object from when to when and where, and when each foot stands: what files say of it."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from capture_app.exports.resample import Sampled
+from omomo_core.geometry.runs import runs
+from omomo_core.geometry.transforms import to_local
+
+HANDS = ("left_hand", "right_hand")
+FEET = ("left_ankle", "right_ankle", "left_toe", "right_toe")
+"""Columns of a motion's contacts: hands on the object, feet on the floor."""
+
+
+@dataclass(frozen=True)
+class ContactSpan:
+    """A time during which a hand holds the object or a foot stands."""
+
+    part: str
+    """One of HANDS or FEET."""
+    start: float
+    """Seconds from the first frame of the file."""
+    stop: float
+    """Seconds; the first frame without contact."""
+    point: Float[np.ndarray, "3"] | None
+    """The palm in the object's frame, in the unit of the take; a foot has none."""
+
+    @property
+    def described(self) -> dict[str, Any]:
+        """Its fields as files have them."""
+        times = {"part": self.part, "from": round(self.start, 6), "to": round(self.stop, 6)}
+        if self.point is None:
+            return times
+        return {**times, "point": [round(float(x), 6) for x in self.point]}
+
+
+def contact_spans(sampled: Sampled) -> tuple[ContactSpan, ...]:
+    """All spans of a motion at the rate of a file, hands first; points in metres."""
+    human, moved = sampled.human, sampled.object_motion
+    spans: list[ContactSpan] = []
+    for column, part in enumerate(HANDS):
+        for start, stop in runs(human.hand_contact[:, column] > 0.5):
+            middle = [(start + stop) // 2]
+            palm = human.joints[middle, 22 + column : 23 + column].astype(np.float64)
+            point = to_local(moved.T_world_object[middle], palm)[0, 0]
+            spans.append(ContactSpan(part, start / sampled.fps, stop / sampled.fps, point))
+    for column, part in enumerate(FEET):
+        for start, stop in runs(human.foot_contact[:, column] > 0.5):
+            spans.append(ContactSpan(part, start / sampled.fps, stop / sampled.fps, None))
+    return tuple(spans)
