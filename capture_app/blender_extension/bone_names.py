@@ -118,8 +118,10 @@ def _daz() -> dict[str, str]:
     return trunk | {"head": "head"} | _both_sides(limbs, "l", "r")
 
 
+JOINTS = tuple(_mixamo())
+"""The joints that have names: those of SMPL-X's body and hands, in no other's order."""
 BONE_NAMES: dict[str, BoneNames] = {
-    "smplx": BoneNames({name: name for name in _mixamo()}),
+    "smplx": BoneNames({name: name for name in JOINTS}),
     "mixamo": BoneNames(_mixamo()),
     "unreal": BoneNames(_unreal(), root="root"),
     "unity": BoneNames(_unity()),

@@ -1,4 +1,4 @@
-"""Which hand holds the object from when to when and where, and when each foot stands: what files say of it."""
+"""Which hand holds the object, when and where, and when each foot stands: what files say of contacts."""
 
 from dataclasses import dataclass
 from typing import Any
