@@ -37,17 +37,24 @@ class ContactSpan:
         return {**times, "point": [round(float(x), 6) for x in self.point]}
 
 
+_RESTS = 0.03
+"""Metres a second that a palm which holds may move along the object; at the ends of a hold it comes and goes."""
+
+
 def contact_spans(sampled: Sampled) -> tuple[ContactSpan, ...]:
     """All spans of a motion at the rate of a file, hands first; points in metres."""
-    human, moved = sampled.human, sampled.object_motion
+    human, moved, fps = sampled.human, sampled.object_motion, sampled.fps
     spans: list[ContactSpan] = []
     for column, part in enumerate(HANDS):
-        for start, stop in runs(human.hand_contact[:, column] > 0.5):
-            middle = [(start + stop) // 2]
-            palm = human.joints[middle, 22 + column : 23 + column].astype(np.float64)
-            point = to_local(moved.T_world_object[middle], palm)[0, 0]
-            spans.append(ContactSpan(part, start / sampled.fps, stop / sampled.fps, point))
+        palms = human.joints[:, 22 + column : 23 + column].astype(np.float64)
+        local = to_local(moved.T_world_object, palms)[:, 0]
+        rests = np.linalg.norm(np.diff(local, axis=0), axis=1) < _RESTS / fps
+        held = human.hand_contact[:, column] > 0.5
+        # A pair of frames between which the palm rests holds in both.
+        for start, stop in runs(rests & held[1:] & held[:-1]):
+            point = local[(start + stop) // 2]
+            spans.append(ContactSpan(part, start / fps, (stop + 1) / fps, point))
     for column, part in enumerate(FEET):
         for start, stop in runs(human.foot_contact[:, column] > 0.5):
-            spans.append(ContactSpan(part, start / sampled.fps, stop / sampled.fps, None))
+            spans.append(ContactSpan(part, start / fps, stop / fps, None))
     return tuple(spans)
