@@ -1,6 +1,6 @@
 """How well six characters of others do a result's motion: palms on the object, feet on the floor.
 
-Usage: python -m benchmarks.characters RESULT [--fps FPS] [--reduce-keys MM]
+Usage: python -m benchmarks.characters RESULT [--fps FPS]
 
 Each character is written as a file (tests/rigs.py), moved by `omocap export RESULT --skeleton`, and the
 answer is read with kinematics of its own: nodes, key frames and contacts of the GLB, nothing else.
@@ -10,6 +10,7 @@ import argparse
 import json
 import struct
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -113,11 +114,11 @@ def measured(glb: WrittenGlb, rig: Rig) -> tuple[np.ndarray, np.ndarray, np.ndar
     return tuple(np.concatenate(values) for values in (palms, soles, slides))
 
 
-def main() -> None:
+def main(words: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("result", type=Path)
     parser.add_argument("--fps", type=int, default=30)
-    given = parser.parse_args()
+    given = parser.parse_args(words)
     print(HEAD)
     with tempfile.TemporaryDirectory() as folder:
         for name, kind in KINDS.items():

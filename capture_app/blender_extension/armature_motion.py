@@ -91,6 +91,7 @@ def _renamed_copies(armature: Any, named: Mapping[str, str]) -> list[Any]:
         if not tied:
             continue
         copy = bpy.data.objects.new("omocap_skin", part.data.copy())
+        copy.parent = helper  # As the exporter wants it.
         copy.matrix_world = away @ part.matrix_world
         for group in part.vertex_groups:
             # The weights lie in the mesh, by index.

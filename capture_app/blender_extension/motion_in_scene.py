@@ -75,10 +75,19 @@ def import_motion(glb: Path, first: int, name: str, result: str) -> ImportedMoti
             collection.objects.unlink(part)
         home.objects.link(part)
         part[RESULT] = result
+    thing["contacts"] = [_in_own_axes(span.to_dict()) for span in thing["contacts"]]
     frames = round(armature.animation_data.action.frame_range[1]) + 1
     for part in (armature, thing):
         _starting_at(part, first)
     return ImportedMotion(armature, thing, first, frames)
+
+
+def _in_own_axes(span: dict[str, Any]) -> dict[str, Any]:
+    """A contact with its point in the axes that the importer gives the mesh: z up."""
+    if "point" not in span:
+        return span
+    x, y, z = span["point"]
+    return {**span, "point": [x, -z, y]}
 
 
 def curves_of(part: Any) -> Any:
@@ -170,14 +179,15 @@ def show_contacts(part: Any, motion: ImportedMotion, spans: Iterable[dict[str, A
 
 
 def remove_objects(parts: Iterable[Any]) -> None:
-    """Delete objects with what only they use: meshes, armatures, actions, and empty collections."""
+    """Delete objects with what only they use: meshes, materials, actions, and empty collections."""
     for part in parts:
         action = part.animation_data.action if part.animation_data else None
         data, homes = part.data, list(part.users_collection)
         bpy.data.objects.remove(part)
         for unused in (data, action):
             if unused is not None and not unused.users:
-                bpy.data.batch_remove([unused])
+                materials = getattr(unused, "materials", ())
+                bpy.data.batch_remove([m for m in materials if m.users == 1] + [unused])
         for home in homes:
             if not home.all_objects and home in set(bpy.data.collections):
                 bpy.data.collections.remove(home)

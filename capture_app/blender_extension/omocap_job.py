@@ -52,8 +52,9 @@ class OmocapCall:
 
     def _read(self, pipe: IO[bytes]) -> None:
         # Only the end is kept: the bars are drawn again ten times a second.
-        while piece := os.read(pipe.fileno(), 65536):
-            self._text = (self._text + piece.decode("utf-8", "replace"))[-20000:]
+        with pipe:
+            while piece := os.read(pipe.fileno(), 65536):
+                self._text = (self._text + piece.decode("utf-8", "replace"))[-20000:]
 
     @property
     def is_running(self) -> bool:
@@ -85,6 +86,7 @@ class OmocapCall:
         """Stop it; omocap removes what was half written."""
         self._process.terminate()
         self._process.wait(timeout=30)
+        self._reader.join(timeout=10)
 
 
 class OmocapJob:

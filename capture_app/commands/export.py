@@ -100,12 +100,13 @@ class ExportRequest(ExportOptions, Request):
     skeleton: Annotated[
         Path | None,
         Field(
-            description="Character to move instead of ours: BVH, GLB or VRM with bones named as one of "
-            "--bones does, or a SMPL-X model file."
+            description="Character to move instead of ours: BVH, GLB, VRM or FBX with bones named as "
+            "Mixamo, Unreal, Unity, VRM, Rigify or DAZ does, or a SMPL-X model file."
         ),
     ] = None
     blender: Annotated[
-        str | None, Field(description="Blender that writes FBX, if it is not on the PATH.")
+        str | None,
+        Field(description="Blender that writes and reads FBX, if it is not on the PATH."),
     ] = None
     robot: Annotated[
         Path | None,

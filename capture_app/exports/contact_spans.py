@@ -38,7 +38,7 @@ class ContactSpan:
 
 
 _RESTS = 0.03
-"""Metres a second that a palm which holds may move along the object; at the ends of a hold it comes and goes."""
+"""Metres a second that a palm which holds may move along the object: it comes and goes at the ends."""
 
 
 def contact_spans(sampled: Sampled) -> tuple[ContactSpan, ...]:

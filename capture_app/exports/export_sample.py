@@ -3,6 +3,7 @@
 import csv
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from jaxtyping import Float
@@ -21,7 +22,7 @@ from capture_app.exports.bones import take_on_own_bones
 from capture_app.exports.bvh import write_bvh
 from capture_app.exports.export_formats import format_of_ending, frame_of, target_of
 from capture_app.exports.exported_take import Take, placed
-from capture_app.exports.fbx import find_blender, write_fbx
+from capture_app.exports.fbx import find_blender, read_fbx, write_fbx
 from capture_app.exports.glb import write_glb_take
 from capture_app.exports.refit import take_on_target
 from capture_app.exports.resample import at_rate
@@ -108,8 +109,8 @@ def export(
         object_motion: as many frames.
         body: whose bones `human` moves.
         options: how the file shall be; its `sample` is not looked at.
-        skeleton: BVH or GLB whose bones the motion shall move, or a SMPL-X model file.
-        blender: executable that writes FBX, if it is not on the PATH.
+        skeleton: BVH, GLB or FBX whose bones the motion shall move, or a SMPL-X model file.
+        blender: executable that writes and reads FBX, if it is not on the PATH.
 
     Raises:
         InputError: options do not fit the format or each other, the skeleton is not usable, a
@@ -117,7 +118,7 @@ def export(
     """
     to = options.to or format_of_ending(path)
     frame = frame_of(to, options.bones, options.up, options.units)
-    target = None if skeleton is None else read_target(skeleton)
+    target = None if skeleton is None else _target(skeleton, blender)
     _check(to, options.bones, target)
     program = find_blender(blender) if to is ExportFormat.fbx else ""
     sampled = at_rate(human, object_motion, body, float(options.fps))
@@ -129,6 +130,20 @@ def export(
     with whole_files(*files) as partials:
         _write(partials, files, take, to, frame, options.bones, target, program)
     return Exported(files, notes)
+
+
+def _target(skeleton: Path, blender: str | None) -> Target:
+    if skeleton.suffix.lower() != ".fbx":
+        return read_target(skeleton)
+    if not skeleton.is_file():
+        raise InputError(
+            "skeleton-unreadable",
+            "There is no such file.",
+            where=str(skeleton),
+            fix="Check the path of the character.",
+        )
+    with TemporaryDirectory(prefix="omocap_fbx_") as folder:
+        return read_target(read_fbx(skeleton, Path(folder), find_blender(blender)))
 
 
 def _beside(path: Path, to: ExportFormat, take: Take) -> tuple[Path, ...]:

@@ -158,7 +158,7 @@ def _bvh(path: Path) -> RawBones:
 def _glb(path: Path) -> Target:
     gltf = _loaded(path)
     children = {c: n for n, node in enumerate(gltf.nodes) for c in node.children or []}
-    named = _humanoid(gltf) or recognised([node.name or "" for node in gltf.nodes])
+    named = _humanoid(gltf) or recognised(_bone_names(gltf))
     kept = _bones(gltf, children, set(named.values()))
     index = {n: k for k, n in enumerate(kept)}
     T = np.stack([_global(gltf, children, n) for n in kept]) if kept else np.zeros((0, 4, 4))
@@ -171,6 +171,13 @@ def _glb(path: Path) -> Target:
     )
     joints = {ours: index[n] for ours, n in named.items() if n in index}
     return standing(path.stem, bones, joints, str(path))
+
+
+def _bone_names(gltf: GLTF2) -> list[str]:
+    """Names of the nodes; "" for those that cannot be bones, where skins say which are."""
+    skinned = {j for skin in gltf.skins or [] for j in skin.joints or []}
+    nodes = enumerate(gltf.nodes)
+    return [(node.name or "") if k in skinned or not skinned else "" for k, node in nodes]
 
 
 def _loaded(path: Path) -> GLTF2:
@@ -201,13 +208,17 @@ def _humanoid(gltf: GLTF2) -> dict[str, int]:
 
 def _bones(gltf: GLTF2, parents: dict[int, int], human: set[int]) -> list[int]:
     """Nodes of the skeleton, parents first: the human's bones, what skins are tied to, and between."""
-    nodes = human | {j for skin in gltf.skins or [] for j in skin.joints or []}
+    skinned = {j for skin in gltf.skins or [] for j in skin.joints or []}
+    nodes = human | skinned
     if not human:
         return []
-    top = min((_path(parents, n) for n in nodes), key=len)[-1]
+    top = min(human)
     for n in sorted(human):
         common = set(_path(parents, n))
         top = next((k for k in _path(parents, top) if k in common), top)
+    # Above the person's bones stand those of the skin, such as a root on the floor, and then the scene.
+    above = [k for k in _path(parents, top) if k in skinned or not skinned]
+    top = above[-1] if above else top
     inside = {k for n in nodes for k in _path(parents, n) if top in _path(parents, k)}
     return sorted(inside, key=lambda n: (len(_path(parents, n)), n))
 
