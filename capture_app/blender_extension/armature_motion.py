@@ -113,7 +113,7 @@ class _Bone:
     """The answer's PoseBone; None for a bone that goes along with its parent."""
     places: np.ndarray
     turns: np.ndarray
-    """Of the pose bone in its own terms: (frames, 3), and w, x, y, z (frames, 4)."""
+    """The pose bone in its own terms: (frames, 3), and w, x, y, z (frames, 4)."""
 
 
 def bake(armature: Any, answer: ImportedMotion, names: Mapping[str, str], name: str) -> list[str]:

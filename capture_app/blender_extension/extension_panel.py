@@ -47,7 +47,7 @@ class ExtensionSettings(bpy.types.PropertyGroup):
 
 
 class ExtensionPreferences(bpy.types.AddonPreferences):
-    """Where omocap is."""
+    """The place of omocap."""
 
     bl_idname = __package__
     __annotations__ = {

@@ -119,6 +119,15 @@ class ExportRequest(ExportOptions, Request):
         Field(description="File that maps the robot's bodies, if it is not a Unitree G1 or H1."),
     ] = None
 
+    reduce_keys: Annotated[
+        float | None,
+        Field(
+            gt=0.0,
+            le=100.0,
+            description="Leave out keys of a GLB while no joint is further than this from where it was, mm.",
+        ),
+    ] = None
+
     @property
     def is_of_robot(self) -> bool:
         """Whether a robot's folder is asked for."""
@@ -126,7 +135,7 @@ class ExportRequest(ExportOptions, Request):
 
     @model_validator(mode="after")
     def _all_is_used(self) -> "ExportRequest":
-        own = "skeleton blender bones up units" if self.is_of_robot else "robot frames"
+        own = "skeleton blender bones up units reduce_keys" if self.is_of_robot else "robot frames"
         for field in own.split():
             if getattr(self, field) != type(self).model_fields[field].default:
                 kind = "files of other programs" if self.is_of_robot else "the motion of a robot"

@@ -1,6 +1,9 @@
 """Which hand holds the object, when and where, and when each foot stands: what files say of contacts."""
 
+import csv
+from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +19,7 @@ FEET = ("left_ankle", "right_ankle", "left_toe", "right_toe")
 
 
 @dataclass(frozen=True)
-class ContactSpan:
+class ExportedContact:
     """A time during which a hand holds the object or a foot stands."""
 
     part: str
@@ -41,10 +44,10 @@ _RESTS = 0.03
 """Metres a second that a palm which holds may move along the object: it comes and goes at the ends."""
 
 
-def contact_spans(sampled: Sampled) -> tuple[ContactSpan, ...]:
+def contact_spans(sampled: Sampled) -> tuple[ExportedContact, ...]:
     """All spans of a motion at the rate of a file, hands first; points in metres."""
     human, moved, fps = sampled.human, sampled.object_motion, sampled.fps
-    spans: list[ContactSpan] = []
+    spans: list[ExportedContact] = []
     for column, part in enumerate(HANDS):
         palms = human.joints[:, 22 + column : 23 + column].astype(np.float64)
         local = to_local(moved.T_world_object, palms)[:, 0]
@@ -53,8 +56,17 @@ def contact_spans(sampled: Sampled) -> tuple[ContactSpan, ...]:
         # A pair of frames between which the palm rests holds in both.
         for start, stop in runs(rests & held[1:] & held[:-1]):
             point = local[(start + stop) // 2]
-            spans.append(ContactSpan(part, start / fps, (stop + 1) / fps, point))
+            spans.append(ExportedContact(part, start / fps, (stop + 1) / fps, point))
     for column, part in enumerate(FEET):
         for start, stop in runs(human.foot_contact[:, column] > 0.5):
-            spans.append(ContactSpan(part, start / fps, stop / fps, None))
+            spans.append(ExportedContact(part, start / fps, stop / fps, None))
     return tuple(spans)
+
+
+def write_contacts(path: Path, spans: Iterable[ExportedContact]) -> None:
+    """Write a table: part, from_s, to_s, and x, y, z of a palm in the object's frame."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["part", "from_s", "to_s", "x", "y", "z"])
+        for span in (span.described for span in spans):
+            writer.writerow([span["part"], span["from"], span["to"], *span.get("point", [""] * 3)])

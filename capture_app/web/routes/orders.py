@@ -287,7 +287,7 @@ class Resolve(OtherContacts):
     video: Annotated[bool, Field(title="Draw a video", description=DRAW)] = True
 
 
-@by_id(ExportRequest, leave_out=("name", "output", "blender", "robot", "frames"))
+@by_id(ExportRequest, leave_out=("name", "output", "blender", "robot", "frames", "reduce_keys"))
 class Export(DescribedModel):
     """A result becomes a file of another program."""
 
