@@ -11,6 +11,7 @@ from rich.logging import RichHandler
 
 from capture_app.cli import (
     batch,
+    blender_extension,
     calibrate,
     compare,
     data,
@@ -57,6 +58,7 @@ app.command("render", no_args_is_help=True)(render.render)
 app.command("overlay", no_args_is_help=True)(overlay.overlay)
 app.command("compare", no_args_is_help=True)(compare.compare)
 app.command("export", no_args_is_help=True)(export.export)
+app.command("blender-extension")(blender_extension.blender_extension)
 app.command("batch", no_args_is_help=True)(batch.batch)
 app.command("mcp", no_args_is_help=True)(mcp.mcp)
 app.command("worker")(worker.worker)

@@ -110,12 +110,13 @@ class ExportRequest(ExportOptions, Request):
         ),
         Field(
             title="Your own character",
-            description="Character to move instead of ours: BVH, GLB or VRM with bones named as one of "
-            "--bones does, or a SMPL-X model file.",
+            description="Character to move instead of ours: BVH, GLB, VRM or FBX with bones named as "
+            "Mixamo, Unreal, Unity, VRM, Rigify or DAZ does, or a SMPL-X model file.",
         ),
     ] = None
     blender: Annotated[
-        str | None, Field(description="Blender that writes FBX, if it is not on the PATH.")
+        str | None,
+        Field(description="Blender that writes and reads FBX, if it is not on the PATH."),
     ] = None
     robot: Annotated[
         Path | None,
@@ -139,6 +140,16 @@ class ExportRequest(ExportOptions, Request):
             description="What the robot does, in words (lerobot); made from the object's name if not given.",
         ),
     ] = None
+    reduce_keys: Annotated[
+        float | None,
+        shown(unit="mm"),
+        Field(
+            title="Fewer keys",
+            gt=0.0,
+            le=100.0,
+            description="Leave out keys of a GLB while no joint is further than this from where it was, mm.",
+        ),
+    ] = None
 
     @property
     def is_of_robot(self) -> bool:
@@ -156,7 +167,7 @@ class ExportRequest(ExportOptions, Request):
     def _all_is_used(self) -> "ExportRequest":
         unused: dict[str, str] = dict.fromkeys(("robot", "frames"), "the motion of a robot")
         if self.is_of_robot:
-            fields = ("bones", "skeleton", "blender", "up", "units")
+            fields = ("bones", "skeleton", "blender", "up", "units", "reduce_keys")
             unused = dict.fromkeys(fields, "files of other programs")
         if not self.is_data_set:
             unused |= dict.fromkeys(("all_samples", "task"), "a data set")

@@ -1,12 +1,16 @@
 """One sample of a result as one file of another program, CSV among them."""
 
 import csv
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
+from capture_app.blender_extension.bone_names import BONE_NAMES
 from capture_app.commands.export import (
     Bones,
     ExportFormat,
@@ -16,11 +20,12 @@ from capture_app.commands.export import (
     UpAxis,
 )
 from capture_app.exports.amass import write_amass
-from capture_app.exports.bones import BONE_NAMES, take_on_own_bones
+from capture_app.exports.bones import take_on_own_bones
 from capture_app.exports.bvh import write_bvh
+from capture_app.exports.contact_spans import write_contacts
 from capture_app.exports.export_formats import format_of_ending, frame_of, target_of
 from capture_app.exports.exported_take import Take, placed
-from capture_app.exports.fbx import find_blender, write_fbx
+from capture_app.exports.fbx import find_blender, read_fbx, write_fbx
 from capture_app.exports.glb import write_glb_take
 from capture_app.exports.refit import take_on_target
 from capture_app.exports.resample import at_rate
@@ -84,7 +89,7 @@ class Exported:
     """The files that were written, and notes about them."""
 
     files: tuple[Path, ...]
-    """One; for BVH the person's and the object's; for a USD layer also the object's picture."""
+    """One; for BVH also the object's; for BVH and FBX the contacts; for a USD layer the picture."""
     notes: tuple[str, ...]
     """What the user should know about it, in sentences."""
     failures: tuple[str, ...] = ()
@@ -100,6 +105,7 @@ def export(
     *,
     skeleton: Path | None = None,
     blender: str | None = None,
+    reduce_keys: float | None = None,
 ) -> Exported:
     """Write a motion for another program; all files appear whole or not at all.
 
@@ -109,8 +115,9 @@ def export(
         object_motion: as many frames.
         body: whose bones `human` moves.
         options: how the file shall be; its `sample` is not looked at.
-        skeleton: BVH or GLB whose bones the motion shall move, or a SMPL-X model file.
-        blender: executable that writes FBX, if it is not on the PATH.
+        skeleton: BVH, GLB or FBX whose bones the motion shall move, or a SMPL-X model file.
+        blender: executable that writes and reads FBX, if it is not on the PATH.
+        reduce_keys: leave out keys while joints stay that near to where they were, mm; GLB only.
 
     Raises:
         InputError: options do not fit the format or each other, the skeleton is not usable, a
@@ -118,8 +125,9 @@ def export(
     """
     to = options.to or format_of_ending(path)
     frame = frame_of(to, options.bones, options.up, options.units)
-    target = None if skeleton is None else read_target(skeleton)
+    target = None if skeleton is None else _target(skeleton, blender)
     _check(to, options.bones, target)
+    _check_keys(to, reduce_keys)
     program = find_blender(blender) if to is ExportFormat.fbx else ""
     sampled = at_rate(human, object_motion, body, float(options.fps))
     if target is None:
@@ -128,14 +136,32 @@ def export(
         take, notes = take_on_target(sampled, body, target)
     files = (path, *_beside(path, to, take))
     with whole_files(*files) as partials:
-        _write(partials, files, take, to, frame, options.bones, target, program)
+        within = None if reduce_keys is None else reduce_keys / 1000
+        said = {"vrm": options.bones is Bones.vrm, "reduce_to": within}
+        _write(partials, files, take, to, frame, said, target, program)
     return Exported(files, notes)
 
 
+def _target(skeleton: Path, blender: str | None) -> Target:
+    if skeleton.suffix.lower() != ".fbx":
+        return read_target(skeleton)
+    if not skeleton.is_file():
+        raise InputError(
+            "skeleton-unreadable",
+            "There is no such file.",
+            where=str(skeleton),
+            fix="Check the path of the character.",
+        )
+    with TemporaryDirectory(prefix="omocap_fbx_") as folder:
+        return read_target(read_fbx(skeleton, Path(folder), find_blender(blender)))
+
+
 def _beside(path: Path, to: ExportFormat, take: Take) -> tuple[Path, ...]:
-    """Return what is written beside the file: the object's BVH, or its picture for a USD layer."""
+    """Return what is written beside the file: the object's BVH, contacts, or a USD layer's picture."""
     if to is ExportFormat.bvh:
-        return (object_file(path),)
+        return object_file(path), contacts_file(path)
+    if to is ExportFormat.fbx:
+        return (contacts_file(path),)
     if to is ExportFormat.usd and path.suffix != ".usdz" and take.mesh.texture is not None:
         ending = encoded(take.mesh.texture.image).ending
         return (path.with_name(f"{path.stem}_object.{ending}"),)
@@ -145,6 +171,21 @@ def _beside(path: Path, to: ExportFormat, take: Take) -> tuple[Path, ...]:
 def object_file(path: Path) -> Path:
     """Return the path of the object's BVH, which lies beside the person's."""
     return path.with_name(f"{path.stem}_object{path.suffix}")
+
+
+def contacts_file(path: Path) -> Path:
+    """Return the path of the table of contacts beside a format that cannot hold them."""
+    return path.with_name(f"{path.stem}_contacts.csv")
+
+
+def _check_keys(to: ExportFormat, reduce_keys: float | None) -> None:
+    if reduce_keys is not None and to is not ExportFormat.glb:
+        raise InputError(
+            "keys-not-reduced",
+            f"A {to} file has a key in every frame: only a GLB holds keys of its own for each bone.",
+            where=f"‹reduce_keys› {reduce_keys:g}",
+            fix="Leave it out, or export ‹to› glb.",
+        )
 
 
 def _check(to: ExportFormat, bones: Bones, target: Target | None) -> None:
@@ -171,13 +212,15 @@ def _write(
     take: Take,
     to: ExportFormat,
     frame: tuple[UpAxis, Units],
-    bones: Bones,
+    of_glb: Mapping[str, Any],
     target: Target | None,
     blender: str,
 ) -> None:
     path, (up, units) = partials[0], frame
+    if to in (ExportFormat.bvh, ExportFormat.fbx):
+        write_contacts(partials[-1], placed(take, up, units).spans)
     if to is ExportFormat.glb:
-        write_glb_take(path, take, vrm=bones is Bones.vrm)
+        write_glb_take(path, take, **of_glb)
     elif to is ExportFormat.bvh:
         write_bvh(path, partials[1], placed(take, up, units))
     elif to is ExportFormat.usd:
@@ -228,6 +271,7 @@ def export_result(request: ExportRequest, progress: Progress = silent) -> Export
         request,
         skeleton=skeleton,
         blender=request.blender,
+        reduce_keys=request.reduce_keys,
     )
 
 

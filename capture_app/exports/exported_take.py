@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from capture_app.commands.export import Units, UpAxis
+from capture_app.exports.contact_spans import ExportedContact
 from omomo_core.motion import ObjectMesh
 
 Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
@@ -71,6 +72,8 @@ class Take:
     """Left, right hand holds the object."""
     foot_contact: Bool[np.ndarray, "frames 4"]
     """Left ankle, right ankle, left toe, right toe stands."""
+    spans: tuple[ExportedContact, ...]
+    """Contacts of the whole take, which may be longer than these frames."""
     human: dict[str, int]
     """Our joint names -> index in the skeleton; a skeleton may lack some."""
 
@@ -107,7 +110,12 @@ def placed(take: Take, up: UpAxis, units: Units) -> Take:
         rotations=R @ take.rotations,
         mesh=replace(take.mesh, vertices=take.mesh.vertices * scale),
         T_world_object=T,
+        spans=tuple(_scaled(span, scale) for span in take.spans),
     )
+
+
+def _scaled(span: ExportedContact, scale: float) -> ExportedContact:
+    return span if span.point is None else replace(span, point=span.point * scale)
 
 
 def rest_locals(skeleton: Skeleton) -> Locals:

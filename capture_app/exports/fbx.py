@@ -1,4 +1,4 @@
-"""FBX, written by a Blender that the user has: the format is closed."""
+"""FBX, written and read by a Blender that the user has: the format is closed."""
 
 import shutil
 import subprocess
@@ -36,29 +36,52 @@ def write_fbx(path: Path, take: "Take", up: UpAxis, units: Units, blender: str) 
     with TemporaryDirectory(prefix="omocap_fbx_") as folder:
         source = Path(folder, "take.glb")
         write_glb_take(source, take)
-        options = ["--background", "--factory-startup", "--python-exit-code", "1"]
-        words = [blender, *options, "--python", str(_SCRIPT), "--"]
-        words += [str(source), str(path.resolve()), f"{take.fps:g}", up, units]
-        _run(words, path)
+        words = [str(source), str(path.resolve()), f"{take.fps:g}", up, units]
+        why = _failure(blender, words, path)
+    if why is not None:
+        raise InputError(
+            "blender-failed",
+            f"Blender wrote no FBX: {why}",
+            where=blender,
+            fix="Use Blender 4.2 or later, or export ‹to› glb.",
+        )
 
 
-def _run(words: list[str], path: Path) -> None:
+def read_fbx(path: Path, folder: Path, blender: str) -> Path:
+    """Have Blender write a character's FBX as GLB, and return that.
+
+    Args:
+        path: the .fbx file.
+        folder: for the GLB, which has the FBX's name.
+        blender: from `find_blender`.
+
+    Raises:
+        InputError: "skeleton-unreadable", with what Blender said last.
+    """
+    target = folder / f"{path.stem}.glb"
+    why = _failure(blender, [str(path.resolve()), str(target)], target)
+    if why is not None:
+        raise InputError(
+            "skeleton-unreadable",
+            f"Blender does not read this FBX: {why}",
+            where=str(path),
+            fix="Give the character as GLB, VRM or BVH, or an FBX of version 7.1 or later.",
+        )
+    return target
+
+
+def _failure(blender: str, words: list[str], path: Path) -> str | None:
+    """Run the script in Blender; return why it wrote no file, or None."""
+    options = ["--background", "--factory-startup", "--python-exit-code", "1"]
+    words = [blender, *options, "--python", str(_SCRIPT), "--", *words]
     try:
         done = subprocess.run(words, capture_output=True, text=True, timeout=_PATIENCE, check=False)
     except (OSError, subprocess.TimeoutExpired) as error:
-        raise _failed(words[0], str(error)) from error
+        return str(error)
     if done.returncode or not path.is_file():
         said = (done.stderr or done.stdout).strip().splitlines() or ["it said nothing"]
-        raise _failed(words[0], said[-1])
-
-
-def _failed(blender: str, why: str) -> InputError:
-    return InputError(
-        "blender-failed",
-        f"Blender wrote no FBX: {why}",
-        where=blender,
-        fix="Use Blender 4.2 or later, or export ‹to› glb.",
-    )
+        return said[-1]
+    return None
 
 
 _BLENDER = "blender"
@@ -82,10 +105,10 @@ def find_blender(given: str | None) -> str:
     if program is None:
         raise InputError(
             "blender-missing",
-            "FBX is written by Blender, and there is none"
+            "FBX is written and read by Blender, and there is none"
             + (" on the PATH." if given is None else " of this name."),
-            where="‹to› fbx" if given is None else f"‹blender› {given}",
-            fix="Install it from blender.org (4.2 or later) where the command blender is found, or export "
-            "‹to› glb, which Unreal, Unity and Blender read.",
+            where="FBX" if given is None else f"‹blender› {given}",
+            fix="Install it from blender.org (4.2 or later) where the command blender is found, or use "
+            "GLB, which Unreal, Unity and Blender read and write.",
         )
     return program

@@ -6,7 +6,7 @@ VRMC_vrm_animation 1.0.
 
 import struct
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from importlib.metadata import version
 from itertools import chain
 from pathlib import Path
@@ -42,10 +42,13 @@ from pygltflib import (
 from pygltflib import Texture as GltfTexture
 from scipy.spatial.transform import Rotation
 
+from capture_app.blender_extension.bone_names import BONE_NAMES
 from capture_app.commands.export import Bones
 from capture_app.exports import exported_take as taken
-from capture_app.exports.bones import BONE_NAMES, creased, take_on_own_bones
+from capture_app.exports.bones import creased, take_on_own_bones
+from capture_app.exports.contact_spans import ExportedContact, contact_spans
 from capture_app.exports.exported_take import Take, placed, pose_locals, rest_locals
+from capture_app.exports.reduced_keys import reduced_keys
 from capture_app.exports.resample import Sampled, frames_of
 from capture_app.picture_bytes import PictureBytes, encoded
 from omomo_core.body.model import BodyModel
@@ -147,26 +150,39 @@ def write_glb(path: Path, human: HumanMotion, object_motion: ObjectMotion, body:
     """
     names = BONE_NAMES[Bones.smplx]
     blocks = (frames_of(human, object_motion, some) for some in row_blocks(len(human.root)))
-    _write(path, (take_on_own_bones(Sampled(*block, FPS), body, names) for block in blocks))
+    spans = contact_spans(Sampled(human, object_motion, FPS))
+    _write(path, (take_on_own_bones(Sampled(*block, FPS), body, names) for block in blocks), spans)
 
 
-def write_glb_take(path: Path, take: Take, *, vrm: bool = False) -> None:
+def write_glb_take(
+    path: Path, take: Take, *, vrm: bool = False, reduce_to: float | None = None
+) -> None:
     """Write a take as one file that Blender, Unity, Unreal, three.js and model viewers open.
 
     Nodes: the joints by their names (the way of the body on the hips), "body" (the skin) and
     "object". The turn of the world from z up to y up is part of the key frames: importers that drop a
-    node above the figure still stand it upright. Metres, seconds.
+    node above the figure still stand it upright. The node of the object carries the contacts as
+    `extras`: part, from, to (seconds), and for a hand the point on the object. Metres, seconds.
 
     Args:
         path: the .glb file to write.
         take: in our own world.
         vrm: say which joint is which humanoid bone, as in a .vrma file.
+        reduce_to: leave out keys while joints stay that near to where they are, metres.
     """
-    _write(path, [take], vrm=vrm)
+    keys = None if reduce_to is None else reduced_keys(take, reduce_to)
+    _write(path, [take], take.spans, vrm=vrm, keys=keys)
 
 
-def _write(path: Path, blocks: Iterable[Take], *, vrm: bool = False) -> None:
-    """Write consecutive stretches of a take as one."""
+def _write(
+    path: Path,
+    blocks: Iterable[Take],
+    spans: Iterable[ExportedContact],
+    *,
+    vrm: bool = False,
+    keys: Mapping[int, np.ndarray] | None = None,
+) -> None:
+    """Write consecutive stretches of a take as one; `keys` are frames of each joint, and of -1."""
     blocks = (placed(block, "y", "m") for block in blocks)
     take = next(blocks)
     gltf = GLTF2(asset=_asset(take))
@@ -175,9 +191,9 @@ def _write(path: Path, blocks: Iterable[Take], *, vrm: bool = False) -> None:
     gltf.meshes = [_body_mesh(buffer, take.skin), _object_mesh(buffer, take.mesh)]
     gltf.nodes = _joint_nodes(take.skeleton)
     figure, thing = len(gltf.nodes), len(gltf.nodes) + 1
-    gltf.nodes += [Node(name="body", mesh=0, skin=0), _object_node(take)]
+    gltf.nodes += [Node(name="body", mesh=0, skin=0), _object_node(take, spans)]
     gltf.skins = [_skin(buffer, take.skeleton)]
-    gltf.animations = [_animation(buffer, chain([take], blocks), thing, path.parent)]
+    gltf.animations = [_animation(buffer, chain([take], blocks), thing, path.parent, keys)]
     gltf.scenes = [Scene(nodes=[0, figure, thing])]
     gltf.scene = 0
     if vrm:
@@ -254,13 +270,14 @@ def _joint_nodes(skeleton: taken.Skeleton) -> list[Node]:
     return nodes
 
 
-def _object_node(take: Take) -> Node:
+def _object_node(take: Take, spans: Iterable[ExportedContact]) -> Node:
     T = take.T_world_object[:1]
     return Node(
         name="object",
         mesh=1,
         translation=T[0, :3, 3].tolist(),
         rotation=xyzw_from_matrix(T[:, :3, :3])[0].tolist(),
+        extras={"contacts": [span.described for span in spans]},
     )
 
 
@@ -275,7 +292,13 @@ def _skin(buffer: GlbBuffer, skeleton: taken.Skeleton) -> Skin:
     )
 
 
-def _animation(buffer: GlbBuffer, blocks: Iterable[Take], thing: int, folder: Path) -> Animation:
+def _animation(
+    buffer: GlbBuffer,
+    blocks: Iterable[Take],
+    thing: int,
+    folder: Path,
+    keys: Mapping[int, np.ndarray] | None,
+) -> Animation:
     """Return the moving nodes of consecutive stretches; their key frames lie in files of a folder."""
     tracks: defaultdict[_Track, GrowingArray] = defaultdict(lambda: GrowingArray(folder))
     ends: dict[_Track, np.ndarray] = {}
@@ -288,10 +311,15 @@ def _animation(buffer: GlbBuffer, blocks: Iterable[Take], thing: int, folder: Pa
                 ends[track] = key_frames[-1]
             tracks[track].add(key_frames.astype("float32"))
         frames, rate = frames + len(take.positions), take.fps
-    times = buffer.values(np.arange(frames) / rate)
+    all_times = np.arange(frames) / rate
+    times = buffer.values(all_times) if keys is None else 0
     animation = Animation(name="take")
     for k, (track, values) in enumerate(tracks.items()):
-        output = buffer.values(values.whole())
+        if keys is None:
+            output = buffer.values(values.whole())
+        else:
+            kept = keys[-1 if track.node == thing else track.node]
+            times, output = buffer.values(all_times[kept]), buffer.values(values.whole()[kept])
         animation.samplers.append(AnimationSampler(input=times, output=output))
         target = AnimationChannelTarget(node=track.node, path=track.path)
         animation.channels.append(AnimationChannel(sampler=k, target=target))

@@ -1,8 +1,9 @@
-"""Run by Blender's own Python, not by ours: read a GLB of `omocap export`, write it as FBX.
+"""Run by Blender's own Python, not by ours: a GLB of `omocap export` becomes FBX, a character's FBX a GLB.
 
     blender --background --python in_blender.py -- take.glb take.fbx 30 y cm
+    blender --background --python in_blender.py -- character.fbx character.glb
 
-Arguments: the two files, frames a second, up axis (y or z), unit of the FBX (m or cm).
+Arguments: the two files; of a take also frames a second, up axis (y or z), unit of the FBX (m or cm).
 """
 
 import sys
@@ -65,10 +66,27 @@ def _write_fbx(bpy: Any, target: str, up: str, units: str) -> None:
     )
 
 
+def read_character(source: str, target: str) -> None:
+    """Read a character's FBX into an empty scene, and write it at rest as GLB."""
+    bpy: Any = import_module("bpy")
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.import_scene.fbx(filepath=source, use_anim=False)
+    bpy.ops.export_scene.gltf(
+        filepath=target,
+        export_animations=False,
+        export_morph=False,
+        export_materials="NONE",
+        export_rest_position_armature=True,
+    )
+
+
 def _last_frame(bpy: Any) -> int:
     return max(round(action.frame_range[1]) for action in bpy.data.actions)
 
 
 if __name__ == "__main__":
     given = sys.argv[sys.argv.index("--") + 1 :]
-    convert(given[0], given[1], float(given[2]), given[3], given[4])
+    if len(given) == 2:
+        read_character(given[0], given[1])
+    else:
+        convert(given[0], given[1], float(given[2]), given[3], given[4])

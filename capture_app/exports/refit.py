@@ -18,6 +18,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from capture_app.exports.bones import global_rotations, skin_of
+from capture_app.exports.contact_spans import contact_spans
 from capture_app.exports.exported_take import Y_UP, Take, pose, rest_locals
 from capture_app.exports.resample import ANKLES, ARMS, LEGS, TOES, Sampled, solved
 from capture_app.exports.target_skeleton import Target
@@ -222,6 +223,7 @@ def take_on_target(
         T_world_object=moved.T_world_object,
         hand_contact=human.hand_contact > 0.5,
         foot_contact=human.foot_contact > 0.5,
+        spans=contact_spans(sampled),
         human=target.joints,
     )
     return take, notes

@@ -1,7 +1,6 @@
 """A skeleton that shall carry the motion, read from BVH, GLB (VRM among them) or SMPL-X files."""
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import reduce
 from pathlib import Path
@@ -11,17 +10,15 @@ from jaxtyping import Float
 from pygltflib import GLTF2, Node
 from scipy.spatial.transform import Rotation
 
+from capture_app.blender_extension.bone_names import BONE_NAMES, NAMED_AS, NEEDED, recognised
 from capture_app.commands.export import Bones
-from capture_app.exports.bones import BONE_NAMES, standing_shift
+from capture_app.exports.bones import standing_shift
 from capture_app.exports.exported_take import Y_UP, Skeleton
 from omomo_core.body.model import BodyModel, load_body
 from omomo_core.errors import InputError, in_words
 from omomo_core.learning.recordings.bvh_file import read_bvh
 from omomo_core.skeleton import ALL_JOINTS, ALL_PARENTS
 
-NEEDED = ("pelvis", "head", *(f"{side}_{part}" for side in ("left", "right") for part in (
-    "hip", "knee", "ankle", "shoulder", "elbow", "wrist")))  # fmt: skip
-"""Joints without which a skeleton is nobody's."""
 _SOLE = 0.034
 """Height of the lowest joint of a foot over the sole, as a part of the leg's length."""
 _ON_FLOOR = 0.25
@@ -52,17 +49,6 @@ class RawBones:
     """At rest, from the joint's axes to the file's."""
 
 
-def recognised(names: Sequence[str]) -> dict[str, int]:
-    """Our joint -> index of the bone that has its name in the map that fits best.
-
-    Prefixes before a colon, "mixamorig", case and everything but letters and digits do not count.
-    """
-    plain = [_plain(name) for name in names]
-    maps = [{ours: _plain(b) for ours, b in table.of.items()} for table in BONE_NAMES.values()]
-    candidates = [{ours: plain.index(b) for ours, b in m.items() if b in plain} for m in maps]
-    return max(candidates, key=len)
-
-
 def standing(name: str, bones: RawBones, joints: Mapping[str, int], where: str) -> Target:
     """A file's bones put upright on the floor of our world, facing -y, in metres.
 
@@ -82,7 +68,7 @@ def standing(name: str, bones: RawBones, joints: Mapping[str, int], where: str) 
             f"The skeleton lacks a bone for {', '.join(missing[:4])}"
             + (f" and {len(missing) - 4} more." if len(missing) > 4 else "."),
             where=where,
-            fix=f"Name its bones as one of {', '.join(BONE_NAMES)} does; a VRM file says itself.",
+            fix=f"Name its bones as {NAMED_AS} names them; a VRM file says itself.",
         )
     at = {ours: bones.positions[k] for ours, k in joints.items()}
     R = Y_UP.T @ _upright(at, where).T
@@ -95,11 +81,6 @@ def standing(name: str, bones: RawBones, joints: Mapping[str, int], where: str) 
     points = (points - [pelvis[0], pelvis[1], floor]) * metres
     skeleton = Skeleton(bones.names, bones.parents, points, R @ bones.rotations, joints["pelvis"])
     return Target(name, skeleton, dict(joints))
-
-
-def _plain(name: str) -> str:
-    bare = re.sub(r"[^a-z0-9]", "", name.rsplit(":", 1)[-1].lower())
-    return re.sub(r"^mixamorig\d*", "", bare)
 
 
 def _leg(at: Mapping[str, Float[np.ndarray, "3"]]) -> float:
@@ -177,7 +158,7 @@ def _bvh(path: Path) -> RawBones:
 def _glb(path: Path) -> Target:
     gltf = _loaded(path)
     children = {c: n for n, node in enumerate(gltf.nodes) for c in node.children or []}
-    named = _humanoid(gltf) or recognised([node.name or "" for node in gltf.nodes])
+    named = _humanoid(gltf) or recognised(_bone_names(gltf))
     kept = _bones(gltf, children, set(named.values()))
     index = {n: k for k, n in enumerate(kept)}
     T = np.stack([_global(gltf, children, n) for n in kept]) if kept else np.zeros((0, 4, 4))
@@ -190,6 +171,13 @@ def _glb(path: Path) -> Target:
     )
     joints = {ours: index[n] for ours, n in named.items() if n in index}
     return standing(path.stem, bones, joints, str(path))
+
+
+def _bone_names(gltf: GLTF2) -> list[str]:
+    """Names of the nodes; "" for those that cannot be bones, where skins say which are."""
+    skinned = {j for skin in gltf.skins or [] for j in skin.joints or []}
+    nodes = enumerate(gltf.nodes)
+    return [(node.name or "") if k in skinned or not skinned else "" for k, node in nodes]
 
 
 def _loaded(path: Path) -> GLTF2:
@@ -220,13 +208,17 @@ def _humanoid(gltf: GLTF2) -> dict[str, int]:
 
 def _bones(gltf: GLTF2, parents: dict[int, int], human: set[int]) -> list[int]:
     """Nodes of the skeleton, parents first: the human's bones, what skins are tied to, and between."""
-    nodes = human | {j for skin in gltf.skins or [] for j in skin.joints or []}
+    skinned = {j for skin in gltf.skins or [] for j in skin.joints or []}
+    nodes = human | skinned
     if not human:
         return []
-    top = min((_path(parents, n) for n in nodes), key=len)[-1]
+    top = min(human)
     for n in sorted(human):
         common = set(_path(parents, n))
         top = next((k for k in _path(parents, top) if k in common), top)
+    # Above the person's bones stand those of the skin, such as a root on the floor, and then the scene.
+    above = [k for k in _path(parents, top) if k in skinned or not skinned]
+    top = above[-1] if above else top
     inside = {k for n in nodes for k in _path(parents, n) if top in _path(parents, k)}
     return sorted(inside, key=lambda n: (len(_path(parents, n)), n))
 

@@ -51,6 +51,7 @@ def write_usd(
     _body(stage, f"{ROOT}/person/body", skeleton, take)
     _extent(person, take)
     _object(stage, f"{ROOT}/object", take, picture)
+    _contacts(stage.GetPrimAtPath(f"{ROOT}/object"), take)
     try:
         _save(stage, path, take.mesh.texture, picture)
     except _pxr("Tf").ErrorException as error:
@@ -152,6 +153,22 @@ def _object(stage: Any, path: str, take: Take, picture: str) -> None:
     ):
         place.Set(Gf.Vec3d(*x), frame)
         turn.Set(Gf.Quatd(q[3], *q[:3]), frame)
+
+
+def _contacts(thing: Any, take: Take) -> None:
+    """Lists of one length on the object: part, from and to in seconds, point in its frame (feet: 0)."""
+    types, points = (
+        _pxr("Sdf").ValueTypeNames,
+        [np.zeros(3) if s.point is None else s.point for s in take.spans],
+    )
+    lists = {
+        "part": (types.TokenArray, [span.part for span in take.spans]),
+        "from": (types.DoubleArray, [span.start for span in take.spans]),
+        "to": (types.DoubleArray, [span.stop for span in take.spans]),
+        "point": (types.Point3fArray, _vectors(np.array(points).reshape(-1, 3))),
+    }
+    for name, (kind, values) in lists.items():
+        thing.CreateAttribute(f"contacts:{name}", kind, True).Set(values)
 
 
 def _mesh(stage: Any, path: str, surface: _Surface, colour: tuple[float, float, float]) -> Any:

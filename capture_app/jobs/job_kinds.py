@@ -124,7 +124,7 @@ RENDER = JobKind(RenderRequest, _start_render, {"video": 1.0})
 
 
 def _start_export(request: ExportRequest, attempt: Attempt) -> FileJob:
-    from capture_app.exports.export_sample import export_result, object_file
+    from capture_app.exports.export_sample import contacts_file, export_result, object_file
 
     def write() -> None:
         attempt.progress("export", 0.0)
@@ -134,7 +134,8 @@ def _start_export(request: ExportRequest, attempt: Attempt) -> FileJob:
             attempt.say(note)
         attempt.tell({"files": [path.name for path in written.files]})
 
-    return FileJob("export", write, [request.output, object_file(request.output)])
+    made = [request.output, object_file(request.output), contacts_file(request.output)]
+    return FileJob("export", write, made)
 
 
 EXPORT = JobKind(ExportRequest, _start_export, {"export": 1.0})

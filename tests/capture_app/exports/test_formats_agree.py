@@ -11,8 +11,8 @@ import pytest
 from pxr import Gf, Usd, UsdGeom, UsdSkel
 from scipy.spatial.transform import Rotation
 
+from capture_app.blender_extension.bone_names import BONE_NAMES
 from capture_app.commands.export import Bones, ExportFormat, ExportOptions
-from capture_app.exports.bones import BONE_NAMES
 from capture_app.exports.export_sample import export
 from capture_app.exports.resample import Sampled, at_rate
 from omomo_core.body.model import BodyModel

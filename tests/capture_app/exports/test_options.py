@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom, UsdSkel
 
+from capture_app.blender_extension.bone_names import BONE_NAMES
 from capture_app.commands.export import Bones, ExportFormat, ExportOptions
 from capture_app.exports import export_sample as exporting
-from capture_app.exports.bones import BONE_NAMES
 from capture_app.exports.export_formats import FORMATS, format_of_ending, frame_of, target_of
-from capture_app.exports.export_sample import export, object_file
+from capture_app.exports.export_sample import contacts_file, export, object_file
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
 from omomo_core.skeleton import ALL_JOINTS
@@ -27,7 +27,7 @@ def write(small_motion: Any, shipped: BodyModel) -> Write:
     human, moved = small_motion(2)
 
     def write(path: Path, to: ExportFormat, **said: Any) -> Any:
-        programs = {name: said.pop(name, None) for name in ("skeleton", "blender")}
+        programs = {name: said.pop(name, None) for name in ("skeleton", "blender", "reduce_keys")}
         return export(path, human, moved, shipped, ExportOptions(to=to, **said), **programs)
 
     return write
@@ -135,10 +135,16 @@ def test_a_folder_is_no_file(write: Write, tmp_path: Path) -> None:
     assert caught.value.code == "output-not-writable"
 
 
-def test_bvh_says_where_the_object_went(write: Write, tmp_path: Path) -> None:
+def test_bvh_says_where_object_and_contacts_went(write: Write, tmp_path: Path) -> None:
     path = tmp_path / "a.bvh"
-    assert write(path, ExportFormat.bvh).files == (path, object_file(path))
-    assert {p.name for p in tmp_path.iterdir()} == {"a.bvh", "a_object.bvh"}
+    assert write(path, ExportFormat.bvh).files == (path, object_file(path), contacts_file(path))
+    assert {p.name for p in tmp_path.iterdir()} == {"a.bvh", "a_object.bvh", "a_contacts.csv"}
+
+
+def test_keys_are_reduced_in_a_glb_only(write: Write, tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        write(tmp_path / "a.usda", ExportFormat.usd, reduce_keys=5.0)
+    assert caught.value.code == "keys-not-reduced"
 
 
 def test_usd_skins_the_body(write: Write, tmp_path: Path) -> None:

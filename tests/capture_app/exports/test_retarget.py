@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from benchmarks import characters
+from capture_app.blender_extension.bone_names import BONE_NAMES
+from capture_app.cli.app import invoke
 from capture_app.commands.export import Bones, ExportFormat, ExportOptions
-from capture_app.exports.bones import BONE_NAMES, take_on_own_bones
+from capture_app.exports.bones import take_on_own_bones
 from capture_app.exports.bvh import write_bvh
 from capture_app.exports.export_sample import export
 from capture_app.exports.exported_take import Skeleton, Take, placed
@@ -22,8 +25,9 @@ from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
-from omomo_core.skeleton import joint
+from omomo_core.skeleton import ALL_JOINTS, joint
 from tests.capture_app.exports.smplx_files import posed, raise_shoulders, write_smplx
+from tests.rigs import KINDS, make_rig, write_rig
 
 UPRIGHT = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
 FRAMES = 20
@@ -215,7 +219,7 @@ def test_smplx_poses_are_those_of_the_model(
 ) -> None:
     """A stand-in for the licensed file, arms hanging at rest: posed by its poses, hands hold."""
     skeleton, human = character(shipped, 0.97, Bones.smplx)
-    order = [human[name] for name in BONE_NAMES[Bones.smplx].of]
+    order = [human[name] for name in ALL_JOINTS]
     rest = skeleton.positions[order] @ UPRIGHT + [0.01, -0.4, 0.02]
     raise_shoulders(rest)
     path = tmp_path / "SMPLX_FAKE.npz"
@@ -266,3 +270,54 @@ def test_what_is_no_skeleton_is_refused(tmp_path: Path) -> None:
         with pytest.raises(InputError) as caught:
             read_target(path)
         assert caught.value.code == "skeleton-unreadable"
+
+
+def test_an_fbx_without_a_blender_is_refused(
+    tmp_path: Path, shipped: BodyModel, holding: Sampled
+) -> None:
+    moving = (holding.human, holding.object_motion, shipped)
+    character = tmp_path / "char.fbx"
+    for there, code in ((False, "skeleton-unreadable"), (True, "blender-missing")):
+        if there:
+            character.write_bytes(b"Kaydara FBX Binary")
+        with pytest.raises(InputError) as caught:
+            export(
+                tmp_path / "a.glb",
+                *moving,
+                ExportOptions(),
+                skeleton=character,
+                blender="no-blender",
+            )
+        assert caught.value.code == code
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_characters_of_others_are_read_with_their_bones(tmp_path: Path, name: str) -> None:
+    """Scaled nodes, twist bones, no fingers, and a node above the bones that is none."""
+    rig = make_rig(KINDS[name])
+    target = read_target(write_rig(rig, tmp_path / "rig.glb"))
+    assert target.skeleton.names[0] == rig.names[0]
+    assert set(target.skeleton.names) == set(rig.names)
+    assert {o: target.skeleton.names[k] for o, k in target.joints.items()} == {
+        o: rig.names[k] for o, k in rig.joints.items()
+    }
+    x, y, z = rig.positions[rig.joints["left_wrist"]] - rig.positions[rig.joints["pelvis"]]
+    seen = target.skeleton.positions[target.joints["left_wrist"]]
+    at = target.skeleton.positions[target.joints["pelvis"]]
+    np.testing.assert_allclose(seen - at, [x, -z, y], atol=1e-5)
+
+
+@pytest.mark.slow
+def test_six_characters_hold_and_stand_as_the_benchmark_measures(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert invoke(["demo", "-o", str(tmp_path / "demo")]) == 0
+    capsys.readouterr()
+    characters.main([str(tmp_path / "demo")])
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()[1:]]
+    assert [row[0] for row in rows] == list(KINDS)
+    for name, size, palm, _, sole, slide, *_ in rows:
+        assert float(sole) < 5, name
+        if float(size) >= 1:
+            assert float(palm) < 5, name
+            assert float(slide) < 1, name

@@ -1,6 +1,5 @@
-"""tools/blender_export.py: its own part, and its talk with a Blender that is made up."""
+"""The export of an animated object from Blender: its own part, and its talk with a made-up Blender."""
 
-import importlib.util
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -12,22 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from capture_app.blender_extension import blender_export as export
 from ingest.animated.animated_take import to_animated_take
 from ingest.animated.detect import read_animation
 
-SCRIPT = Path(__file__).parents[3] / "tools" / "blender_export.py"
-
-
-def load() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("blender_export", SCRIPT)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-export = load()
 BOX = trimesh.creation.box((1, 1, 1))
 
 

@@ -2,7 +2,7 @@
 
 From a shell:
 
-    blender scene.blend --background --python tools/blender_export.py -- --object Chair --out chair.glb
+    blender scene.blend --background --python blender_export.py -- --object Chair --out chair.glb
 
 From Blender's Text Editor: select the object, run the script; it writes NAME.glb beside the .blend.
 
@@ -15,7 +15,9 @@ import argparse
 import json
 import struct
 import sys
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -28,8 +30,7 @@ _CHANGED = 1e-3
 
 def main(arguments: list[str]) -> None:
     """Export what the arguments say from the scene that is open."""
-    import bpy
-
+    bpy: Any = import_module("bpy")
     parser = argparse.ArgumentParser(prog="blender_export.py", description=__doc__)
     parser.add_argument("--object", help="its name; the active object if not given")
     parser.add_argument("--out", type=Path, help="GLB to write; beside the .blend if not given")
@@ -51,7 +52,7 @@ def main(arguments: list[str]) -> None:
     print(f"Wrote {len(matrices)} frames at {fps:g} fps of {thing.name} to {out}")
 
 
-def sample(bpy, thing, frames: range) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def sample(bpy: Any, thing: Any, frames: range) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """World matrix in each frame; vertices in the object's axes and triangles in the first."""
     scene, before = bpy.context.scene, bpy.context.scene.frame_current
     matrices = []
@@ -67,7 +68,7 @@ def sample(bpy, thing, frames: range) -> tuple[np.ndarray, np.ndarray, np.ndarra
     return np.array(matrices), vertices, triangles
 
 
-def surface(bpy, thing) -> tuple[np.ndarray, np.ndarray]:
+def surface(bpy: Any, thing: Any) -> tuple[np.ndarray, np.ndarray]:
     """What the object and the meshes below it look like now, modifiers applied."""
     graph = bpy.context.evaluated_depsgraph_get()
     to_thing = np.linalg.inv(np.array(thing.evaluated_get(graph).matrix_world, dtype=float))
@@ -184,7 +185,7 @@ def quaternions(R: np.ndarray) -> np.ndarray:
     return q * np.concatenate([[1.0], np.cumprod(turned)])[:, None]
 
 
-def _packed(arrays: list[np.ndarray]) -> tuple[list[dict], list[dict], bytes]:
+def _packed(arrays: list[np.ndarray]) -> tuple[list[dict[str, Any]], list[dict[str, Any]], bytes]:
     """Accessors, buffer views and bytes of arrays with one value a row."""
     accessors, views, data = [], [], b""
     for array in arrays:
