@@ -61,7 +61,7 @@ class WrittenGlb:
         own, moves = self._nodes[node], self._moves if moved else {}
         T = np.tile(np.eye(4), (len(self.times), 1, 1))
         turn = moves.get((node, "rotation"), np.array([own.get("rotation", [0, 0, 0, 1])]))
-        T[:, :3, :3] = Rotation.from_quat(turn).as_matrix()
+        T[:, :3, :3] = Rotation.from_quat(turn).as_matrix() * own.get("scale", [1, 1, 1])
         T[:, :3, 3] = moves.get((node, "translation"), own.get("translation", [0, 0, 0]))
         above = self._above.get(node)
         return T if above is None else self.world(above, moved=moved) @ T

@@ -147,7 +147,8 @@ class ExportRequest(ExportOptions, Request):
             title="Fewer keys",
             gt=0.0,
             le=100.0,
-            description="Leave out keys of a GLB while no joint is further than this from where it was, mm.",
+            description="Leave out keys of a GLB while no joint is further than this from where it was, mm; "
+            "a key in every frame if not given.",
         ),
     ] = None
 

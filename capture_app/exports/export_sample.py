@@ -27,6 +27,7 @@ from capture_app.exports.export_formats import format_of_ending, frame_of, targe
 from capture_app.exports.exported_take import Take, placed
 from capture_app.exports.fbx import find_blender, read_fbx, write_fbx
 from capture_app.exports.glb import write_glb_take
+from capture_app.exports.glb_character import write_character
 from capture_app.exports.refit import take_on_target
 from capture_app.exports.resample import at_rate
 from capture_app.exports.target_skeleton import Target, read_target
@@ -219,7 +220,9 @@ def _write(
     path, (up, units) = partials[0], frame
     if to in (ExportFormat.bvh, ExportFormat.fbx):
         write_contacts(partials[-1], placed(take, up, units).spans)
-    if to is ExportFormat.glb:
+    if to is ExportFormat.glb and target is not None and target.character is not None:
+        write_character(path, target.character, take, reduce_to=of_glb["reduce_to"])
+    elif to is ExportFormat.glb:
         write_glb_take(path, take, **of_glb)
     elif to is ExportFormat.bvh:
         write_bvh(path, partials[1], placed(take, up, units))

@@ -4,9 +4,10 @@ Follows the glTF 2.0 specification, sections 3.7.3 (skins) and 3.11 (animations)
 VRMC_vrm_animation 1.0.
 """
 
+import json
 import struct
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import version
 from itertools import chain
 from pathlib import Path
@@ -61,12 +62,17 @@ _TYPE = {(): "SCALAR", (2,): "VEC2", (3,): "VEC3", (4,): "VEC4", (4, 4): "MAT4"}
 
 
 class GlbBuffer:
-    """Collects arrays; each `add` returns the index of a new accessor."""
+    """Collects arrays; each `add` returns the index of a new accessor.
 
-    def __init__(self, gltf: GLTF2) -> None:
+    Args:
+        gltf: the scene that they belong to.
+        data: what its buffer holds already.
+    """
+
+    def __init__(self, gltf: GLTF2, data: bytes = b"") -> None:
         self._gltf = gltf
-        self._pieces: list[bytes | np.ndarray] = []
-        self._length = 0
+        self._pieces: list[bytes | np.ndarray] = [data, b"\0" * (-len(data) % 4)]
+        self._length = len(data) + -len(data) % 4
 
     def vertices(self, values: np.ndarray, dtype: str = "float32") -> int:
         """One value per vertex: positions, normals, joints, weights."""
@@ -89,16 +95,20 @@ class GlbBuffer:
         gltf.textures.append(GltfTexture(source=len(gltf.images) - 1))
         return len(gltf.textures) - 1
 
-    def write(self, path: Path) -> None:
-        """Write the file: glTF 2.0, section 4.4."""
-        self._gltf.buffers = [Buffer(byteLength=self._length)]
-        compact: dict[str, Any] = {"separators": (",", ":"), "indent": None}
-        scene = self._gltf.gltf_to_json(**compact).encode()
-        scene += b" " * (-len(scene) % 4)
-        whole = 12 + 8 + len(scene) + 8 + self._length
+    def scene(self) -> dict[str, Any]:
+        """Return the JSON of the scene, with all that was added."""
+        first = Buffer(byteLength=self._length)
+        self._gltf.buffers = [first, *self._gltf.buffers[1:]]
+        return json.loads(self._gltf.gltf_to_json())
+
+    def write(self, path: Path, scene: dict[str, Any] | None = None) -> None:
+        """Write the file: glTF 2.0, section 4.4. `scene` is its JSON, if it is not `scene()`."""
+        text = json.dumps(scene or self.scene(), separators=(",", ":")).encode()
+        scene_part = text + b" " * (-len(text) % 4)
+        whole = 12 + 8 + len(scene_part) + 8 + self._length
         with path.open("wb") as file:
             file.write(struct.pack("<4sII", b"glTF", 2, whole))
-            file.write(struct.pack("<I4s", len(scene), b"JSON") + scene)
+            file.write(struct.pack("<I4s", len(scene_part), b"JSON") + scene_part)
             file.write(struct.pack("<I4s", self._length, b"BIN\0"))
             for piece in self._pieces:
                 if isinstance(piece, bytes):
@@ -136,7 +146,7 @@ class GlbBuffer:
 BLUE = (0.16, 0.33, 0.55)
 ORANGE = (0.85, 0.36, 0.10)
 """Colours of the person and of the object, linear RGB."""
-_BODY_MATERIAL, _OBJECT_MATERIAL = 0, 1
+_BODY_MATERIAL = 0
 
 
 def write_glb(path: Path, human: HumanMotion, object_motion: ObjectMotion, body: BodyModel) -> None:
@@ -187,13 +197,14 @@ def _write(
     take = next(blocks)
     gltf = GLTF2(asset=_asset(take))
     buffer = GlbBuffer(gltf)
-    gltf.materials = [_material("body", BLUE), _object_material(buffer, take.mesh.texture)]
-    gltf.meshes = [_body_mesh(buffer, take.skin), _object_mesh(buffer, take.mesh)]
+    gltf.materials = [_material("body", BLUE), object_material(buffer, take.mesh.texture)]
+    gltf.meshes = [_body_mesh(buffer, take.skin), object_mesh(buffer, take.mesh, 1)]
     gltf.nodes = _joint_nodes(take.skeleton)
     figure, thing = len(gltf.nodes), len(gltf.nodes) + 1
-    gltf.nodes += [Node(name="body", mesh=0, skin=0), _object_node(take, spans)]
+    gltf.nodes += [Node(name="body", mesh=0, skin=0), object_node(take, spans, 1)]
     gltf.skins = [_skin(buffer, take.skeleton)]
-    gltf.animations = [_animation(buffer, chain([take], blocks), thing, path.parent, keys)]
+    moves = (_moves(block, thing) for block in chain([take], blocks))
+    gltf.animations = [animation_of(buffer, moves, take.fps, path.parent, of_nodes(keys, thing))]
     gltf.scenes = [Scene(nodes=[0, figure, thing])]
     gltf.scene = 0
     if vrm:
@@ -219,8 +230,8 @@ def _material(name: str, colour: tuple[float, float, float]) -> Material:
     return Material(name=name, pbrMetallicRoughness=surface, doubleSided=True)
 
 
-def _object_material(buffer: GlbBuffer, texture: Texture | None) -> Material:
-    """Orange, or what the object's own picture shows."""
+def object_material(buffer: GlbBuffer, texture: Texture | None) -> Material:
+    """Return orange, or what the object's own picture shows."""
     if texture is None:
         return _material("object", ORANGE)
     material = _material("object", (1.0, 1.0, 1.0))
@@ -244,7 +255,8 @@ def _body_mesh(buffer: GlbBuffer, skin: taken.Skin) -> Mesh:
     )
 
 
-def _object_mesh(buffer: GlbBuffer, mesh: ObjectMesh) -> Mesh:
+def object_mesh(buffer: GlbBuffer, mesh: ObjectMesh, material: int) -> Mesh:
+    """Return the object's mesh, of a material of the file."""
     shown = creased(mesh)
     attributes = Attributes(
         POSITION=buffer.vertices(shown.vertices), NORMAL=buffer.vertices(shown.normals)
@@ -254,7 +266,7 @@ def _object_mesh(buffer: GlbBuffer, mesh: ObjectMesh) -> Mesh:
     indices = buffer.indices(shown.faces)
     return Mesh(
         name=mesh.name,
-        primitives=[Primitive(attributes=attributes, indices=indices, material=_OBJECT_MATERIAL)],
+        primitives=[Primitive(attributes=attributes, indices=indices, material=material)],
     )
 
 
@@ -270,11 +282,12 @@ def _joint_nodes(skeleton: taken.Skeleton) -> list[Node]:
     return nodes
 
 
-def _object_node(take: Take, spans: Iterable[ExportedContact]) -> Node:
+def object_node(take: Take, spans: Iterable[ExportedContact], mesh: int) -> Node:
+    """Return the object's node, which carries the contacts; `mesh` is its mesh in the file."""
     T = take.T_world_object[:1]
     return Node(
         name="object",
-        mesh=1,
+        mesh=mesh,
         translation=T[0, :3, 3].tolist(),
         rotation=xyzw_from_matrix(T[:, :3, :3])[0].tolist(),
         extras={"contacts": [span.described for span in spans]},
@@ -292,56 +305,79 @@ def _skin(buffer: GlbBuffer, skeleton: taken.Skeleton) -> Skin:
     )
 
 
-def _animation(
-    buffer: GlbBuffer,
-    blocks: Iterable[Take],
-    thing: int,
-    folder: Path,
-    keys: Mapping[int, np.ndarray] | None,
-) -> Animation:
-    """Return the moving nodes of consecutive stretches; their key frames lie in files of a folder."""
-    tracks: defaultdict[_Track, GrowingArray] = defaultdict(lambda: GrowingArray(folder))
-    ends: dict[_Track, np.ndarray] = {}
-    frames, rate = 0, FPS
-    for take in blocks:
-        for track, values in _moves(take, thing).items():
-            key_frames = values
-            if track.path == "rotation":
-                key_frames = xyzw_from_matrix(values, ends.get(track))
-                ends[track] = key_frames[-1]
-            tracks[track].add(key_frames.astype("float32"))
-        frames, rate = frames + len(take.positions), take.fps
-    all_times = np.arange(frames) / rate
-    times = buffer.values(all_times) if keys is None else 0
-    animation = Animation(name="take")
-    for k, (track, values) in enumerate(tracks.items()):
-        if keys is None:
-            output = buffer.values(values.whole())
-        else:
-            kept = keys[-1 if track.node == thing else track.node]
-            times, output = buffer.values(all_times[kept]), buffer.values(values.whole()[kept])
-        animation.samplers.append(AnimationSampler(input=times, output=output))
-        target = AnimationChannelTarget(node=track.node, path=track.path)
-        animation.channels.append(AnimationChannel(sampler=k, target=target))
-    return animation
-
-
-class _Track(NamedTuple):
+class Track(NamedTuple):
     """What moves a node: "translation" or "rotation"."""
 
     node: int
     path: str
 
 
-def _moves(take: Take, thing: int) -> dict[_Track, np.ndarray]:
-    """Return positions and rotation matrices of the nodes that move."""
+Moves = dict[Track, np.ndarray]
+"""Positions, or rotation matrices, of the nodes that move, relative to what they hang on."""
+
+
+def animation_of(
+    buffer: GlbBuffer,
+    blocks: Iterable[Moves],
+    fps: float,
+    folder: Path,
+    keys: Mapping[int, np.ndarray] | None = None,
+) -> Animation:
+    """Return the moving nodes of consecutive stretches of a take.
+
+    Args:
+        buffer: takes the key frames.
+        blocks: all of the same nodes.
+        fps: frames a second.
+        folder: holds the key frames in files meanwhile.
+        keys: frames of each node that are kept; all if not given.
+    """
+    tracks: defaultdict[Track, GrowingArray] = defaultdict(lambda: GrowingArray(folder))
+    ends: dict[Track, np.ndarray] = {}
+    for block in blocks:
+        for track, values in block.items():
+            key_frames = values
+            if track.path == "rotation":
+                key_frames = xyzw_from_matrix(values, ends.get(track))
+                ends[track] = key_frames[-1]
+            tracks[track].add(key_frames.astype("float32"))
+    animation, shared = Animation(name="take"), dict[int, int]()
+    for k, (track, values) in enumerate(tracks.items()):
+        whole = values.whole()
+        kept = slice(None) if keys is None else keys[track.node]
+        times, number = np.arange(len(whole)) / fps, -1 if keys is None else track.node
+        if number not in shared:
+            shared[number] = buffer.values(times[kept])
+        sampler = AnimationSampler(input=shared[number], output=buffer.values(whole[kept]))
+        animation.samplers.append(sampler)
+        target = AnimationChannelTarget(node=track.node, path=track.path)
+        animation.channels.append(AnimationChannel(sampler=k, target=target))
+    return animation
+
+
+def of_nodes(
+    keys: Mapping[int, np.ndarray] | None, thing: int, nodes: Sequence[int] | None = None
+) -> dict[int, np.ndarray] | None:
+    """Return the kept frames by nodes of a file.
+
+    Args:
+        keys: by joints, those of the object by -1; None where all frames are kept.
+        thing: the object's node.
+        nodes: of the joints; their own numbers if not given.
+    """
+    if keys is None:
+        return None
+    return {thing if j < 0 else j if nodes is None else nodes[j]: kept for j, kept in keys.items()}
+
+
+def _moves(take: Take, thing: int) -> Moves:
     local, T = pose_locals(take), take.T_world_object
     joints = range(len(take.skeleton.names))
     return {
-        **{_Track(j, "translation"): local.positions[:, j] for j in take.skeleton.travelling},
-        **{_Track(j, "rotation"): local.rotations[:, j] for j in joints},
-        _Track(thing, "translation"): T[:, :3, 3],
-        _Track(thing, "rotation"): T[:, :3, :3],
+        **{Track(j, "translation"): local.positions[:, j] for j in take.skeleton.travelling},
+        **{Track(j, "rotation"): local.rotations[:, j] for j in joints},
+        Track(thing, "translation"): T[:, :3, 3],
+        Track(thing, "rotation"): T[:, :3, :3],
     }
 
 

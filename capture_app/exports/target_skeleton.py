@@ -1,9 +1,12 @@
 """A skeleton that shall carry the motion, read from BVH, GLB (VRM among them) or SMPL-X files."""
 
+import json
+import struct
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -26,6 +29,19 @@ _ON_FLOOR = 0.25
 
 
 @dataclass(frozen=True)
+class Character:
+    """A GLB or VRM with a skin, which can carry the motion itself."""
+
+    gltf: GLTF2
+    scene: dict[str, Any]
+    """JSON of the file, with what `gltf` does not know."""
+    nodes: tuple[int, ...]
+    """Node of each joint of the skeleton."""
+    metres: float
+    """Factor that brings its scene to metres."""
+
+
+@dataclass(frozen=True)
 class Target:
     """A skeleton standing at rest in our world."""
 
@@ -35,6 +51,8 @@ class Target:
     """Our joint -> index of theirs; those of NEEDED at least."""
     smplx: BodyModel | None = None
     """The SMPL-X model that it was made of."""
+    character: Character | None = None
+    """The file, if it has a skin of its own."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +91,7 @@ def standing(name: str, bones: RawBones, joints: Mapping[str, int], where: str) 
     at = {ours: bones.positions[k] for ours, k in joints.items()}
     R = Y_UP.T @ _upright(at, where).T
     leg = _leg(at)
-    metres = 0.01 if leg > 10.0 else 1.0
+    metres = _metres(leg)
     points = bones.positions @ R.T
     lowest = points[[joints[k] for k in joints if k.endswith(("ankle", "foot"))], 2].min()
     floor = 0.0 if 0.0 < lowest < _ON_FLOOR * leg else lowest - _SOLE * leg
@@ -81,6 +99,11 @@ def standing(name: str, bones: RawBones, joints: Mapping[str, int], where: str) 
     points = (points - [pelvis[0], pelvis[1], floor]) * metres
     skeleton = Skeleton(bones.names, bones.parents, points, R @ bones.rotations, joints["pelvis"])
     return Target(name, skeleton, dict(joints))
+
+
+def _metres(leg: float) -> float:
+    """Return the factor from a file's unit to metres, by the length of a leg."""
+    return 0.01 if leg > 10.0 else 1.0
 
 
 def _leg(at: Mapping[str, Float[np.ndarray, "3"]]) -> float:
@@ -161,7 +184,7 @@ def _glb(path: Path) -> Target:
     named = _humanoid(gltf) or recognised(_bone_names(gltf))
     kept = _bones(gltf, children, set(named.values()))
     index = {n: k for k, n in enumerate(kept)}
-    T = np.stack([_global(gltf, children, n) for n in kept]) if kept else np.zeros((0, 4, 4))
+    T = np.stack([global_pose(gltf, children, n) for n in kept]) if kept else np.zeros((0, 4, 4))
     sizes = np.linalg.norm(T[:, :3, :3], axis=1, keepdims=True)
     bones = RawBones(
         names=tuple(gltf.nodes[n].name or f"bone_{n}" for n in kept),
@@ -170,7 +193,19 @@ def _glb(path: Path) -> Target:
         rotations=T[:, :3, :3] / np.maximum(sizes, 1e-12),
     )
     joints = {ours: index[n] for ours, n in named.items() if n in index}
-    return standing(path.stem, bones, joints, str(path))
+    target = standing(path.stem, bones, joints, str(path))
+    # An export of ours is no character: its body and object would stand beside the new ones.
+    if not gltf.skins or (gltf.asset.generator or "").startswith("omocap"):
+        return target
+    leg = _leg({ours: bones.positions[k] for ours, k in joints.items()})
+    return replace(target, character=Character(gltf, _json_of(path), tuple(kept), _metres(leg)))
+
+
+def _json_of(path: Path) -> dict[str, Any]:
+    """Return the JSON of a binary glTF that was read before."""
+    with path.open("rb") as file:
+        (length,) = struct.unpack("<12xI4x", file.read(20))
+        return json.loads(file.read(length))
 
 
 def _bone_names(gltf: GLTF2) -> list[str]:
@@ -231,12 +266,14 @@ def _path(parents: dict[int, int], node: int) -> list[int]:
     return path
 
 
-def _global(gltf: GLTF2, parents: dict[int, int], node: int) -> Float[np.ndarray, "4 4"]:
-    chain = [_local(gltf.nodes[n]) for n in reversed(_path(parents, node))]
+def global_pose(gltf: GLTF2, parents: dict[int, int], node: int) -> Float[np.ndarray, "4 4"]:
+    """Return the rest pose of a node in the file's world; `parents` are nodes by their children."""
+    chain = [local_pose(gltf.nodes[n]) for n in reversed(_path(parents, node))]
     return reduce(np.matmul, chain)
 
 
-def _local(node: Node) -> Float[np.ndarray, "4 4"]:
+def local_pose(node: Node) -> Float[np.ndarray, "4 4"]:
+    """Return the rest pose of a node against the one that it hangs on, scale included."""
     if node.matrix is not None:
         return np.array(node.matrix, float).reshape(4, 4).T
     T = np.eye(4)
