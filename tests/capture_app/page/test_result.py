@@ -4,8 +4,13 @@ import json
 import re
 import shutil
 
+import numpy as np
 import pytest
 from playwright.sync_api import expect
+
+from benchmarks.characters import WrittenGlb
+from tests.capture_app.page.choosing import choose
+from tests.rigs import KINDS, make_rig, write_rig
 
 
 @pytest.fixture
@@ -88,6 +93,23 @@ def test_export_is_made_and_downloaded(result_page):
     lines = taken.value.path().read_text().splitlines()
     assert lines[0] == "HIERARCHY"
     assert any(line.startswith("Frame Time: 0.0166") for line in lines)
+
+
+def test_a_character_of_ones_own_is_dropped_and_comes_back_moving(result_page, tmp_path):
+    page, rig = result_page, make_rig(KINDS["unreal"])
+    page.get_by_label("Format").select_option("glb")
+    page.get_by_text("Options", exact=True).click()
+    choose(page, "Drop your own character here", write_rig(rig, tmp_path / "hero.glb"))
+    expect(page.get_by_label("Your own character")).not_to_have_value("", timeout=60_000)
+    page.get_by_role("button", name="Make the file").click()
+    link = page.get_by_role("status").get_by_role("link").first
+    expect(link).to_be_visible(timeout=120_000)
+    with page.expect_download() as taken:
+        link.click()
+    made = WrittenGlb(taken.value.path(), 30)
+    assert made.scene["nodes"][made.names["shoes"]]["skin"] == 0
+    pelvis = made.names[rig.names[rig.joints["pelvis"]]]
+    assert np.ptp(made.world(pelvis, moved=True)[:, :3, 3], axis=0).max() > 0.2
 
 
 def test_fbx_is_offered_only_where_there_is_a_blender(tabs, server, motion):
