@@ -201,7 +201,9 @@ def _write(
     gltf.meshes = [_body_mesh(buffer, take.skin), object_mesh(buffer, take.mesh, 1)]
     gltf.nodes = _joint_nodes(take.skeleton)
     figure, thing = len(gltf.nodes), len(gltf.nodes) + 1
-    gltf.nodes += [Node(name="body", mesh=0, skin=0), object_node(take, spans, 1)]
+    # Blender and others drop the credit of the file when they write it again, and keep that of a node.
+    body = Node(name="body", mesh=0, skin=0, extras={"credit": take.credit})
+    gltf.nodes += [body, object_node(take, spans, 1)]
     gltf.skins = [_skin(buffer, take.skeleton)]
     moves = (_moves(block, thing) for block in chain([take], blocks))
     gltf.animations = [animation_of(buffer, moves, take.fps, path.parent, of_nodes(keys, thing))]
