@@ -65,7 +65,7 @@ FITS = {
     "inliers": FitSentence("# points were found again"),
     "apart_sigma": FitSentence("The calibrations are # apart", "standard deviations", 3),
 }
-"""By the names that methods give them; what is not here tells only programs."""
+"""Sentences by the names that methods give residuals; what is not here tells only programs."""
 
 
 def mount_words(

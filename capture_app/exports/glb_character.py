@@ -103,14 +103,27 @@ class _Rig:
         """Return what moves the joints' nodes, and the object's."""
         scale = np.linalg.norm(self.T_world_above[:, :3, :3], axis=1)
         T, moved = take.T_world_object, Moves()
-        for j, (node, parent) in enumerate(zip(self.nodes, self.parents, strict=True)):
-            R, origin = self.T_world_above[j, :3, :3] / scale[j], self.T_world_above[j, :3, 3]
-            R, origin = np.broadcast_to(R, (len(T), 3, 3)), np.broadcast_to(origin, (len(T), 3))
-            if parent >= 0:
-                R, origin = take.rotations[:, parent], take.positions[:, parent]
-            moved[Track(node, "rotation")] = R.swapaxes(1, 2) @ take.rotations[:, j]
+        for j, node in enumerate(self.nodes):
+            T_above = self._above(take, j, scale[j])
+            turned = T_above[:, :3, :3].swapaxes(1, 2)
+            moved[Track(node, "rotation")] = turned @ take.rotations[:, j]
             if j in take.skeleton.travelling:
-                way = np.einsum("fyx,fy->fx", R, take.positions[:, j] - origin)
-                moved[Track(node, "translation")] = way / scale[j].mean()
+                way = take.positions[:, j] - T_above[:, :3, 3]
+                moved[Track(node, "translation")] = (turned @ way[..., None])[..., 0] / scale[
+                    j
+                ].mean()
         of_thing = {"translation": T[:, :3, 3], "rotation": T[:, :3, :3]}
         return moved | {Track(thing, path): values for path, values in of_thing.items()}
+
+    def _above(
+        self, take: Take, j: int, scale: Float[np.ndarray, "3"]
+    ) -> Float[np.ndarray, "frames 4 4"]:
+        """Return the pose, without its scale, of what a joint hangs on."""
+        T_above = np.tile(self.T_world_above[j], (len(take.positions), 1, 1))
+        T_above[:, :3, :3] /= scale
+        if (parent := self.parents[j]) >= 0:
+            T_above[:, :3, :3], T_above[:, :3, 3] = (
+                take.rotations[:, parent],
+                take.positions[:, parent],
+            )
+        return T_above

@@ -39,10 +39,10 @@ class FormOfWay:
     hint: str
     """What it needs and gives, in a sentence or two."""
     name: str
-    """Of the mount, unless somebody changes it."""
+    """Name of the mount, unless somebody changes it."""
     parts: tuple[FormPart, ...]
     looks: dict[str, str]
-    """By field: which look is taken at what was brought, see `capture_app.web.sandboxed_work.Look`."""
+    """Which look is taken, by field, at what was brought, see `capture_app.web.sandboxed_work.Look`."""
 
 
 _BOARD = FormPart("The board", ("board",))
@@ -140,7 +140,7 @@ FORMS = {
         {},
     ),
 }
-"""By the key of the guide's recipe, in the order of the page; the first is recommended."""
+"""Forms by the key of the guide's recipe, in the order of the page; the first is recommended."""
 
 
 def calibration_form(key: str) -> dict[str, Any]:
