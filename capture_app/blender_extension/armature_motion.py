@@ -134,7 +134,7 @@ def bake(armature: Any, answer: ImportedMotion, names: Mapping[str, str], name: 
     bones = _paired(armature, answer, names)
     curves = new_action(armature, name)
     bpy.context.view_layer.update()
-    _check_size(armature, bones)
+    _check_size(armature, answer.armature, bones)
     for bone in bones:
         pose = armature.pose.bones[bone.own.name]
         pose.rotation_mode, pose.matrix_basis = "QUATERNION", mathutils.Matrix()
@@ -161,7 +161,7 @@ def _paired(armature: Any, answer: ImportedMotion, names: Mapping[str, str]) -> 
     return [_Bone(b, theirs.get(b.name), np.zeros((frames, 3)), np.zeros((frames, 4))) for b in own]
 
 
-def _check_size(armature: Any, bones: list[_Bone]) -> None:
+def _check_size(armature: Any, answered: Any, bones: list[_Bone]) -> None:
     scale = np.array(armature.matrix_world.to_scale())
     if armature.matrix_world.is_negative or np.ptp(scale) > 1e-3 * scale.max():
         raise ExtensionFailure(
@@ -169,7 +169,8 @@ def _check_size(armature: Any, bones: list[_Bone]) -> None:
         )
     known = [bone for bone in bones if bone.source is not None]
     own = np.ptp([scale[0] * np.array(b.own.head_local) for b in known], axis=0)
-    wanted = np.ptp([np.array(b.source.bone.head_local) for b in known], axis=0)
+    metres = answered.matrix_world.to_scale()[0]
+    wanted = np.ptp([metres * np.array(b.source.bone.head_local) for b in known], axis=0)
     ratio = float(np.linalg.norm(own) / np.linalg.norm(wanted))
     if abs(ratio - 1.0) > 0.01:
         raise ExtensionFailure(
