@@ -72,7 +72,7 @@ def test_scan(desk: Desk, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     still = ["--still", f"{start + 0.3}:{stop - 0.3}"]
     desk.run("scan", *common, "--session", desk.folder / "take", *still, "-o", output)
     _check(desk, output, "scan")
-    assert "reprojection" in capsys.readouterr().out
+    assert "What was recognised is found again to" in " ".join(capsys.readouterr().out.split())
     with pytest.raises(InputError) as caught:
         desk.run("scan", *common, "-o", tmp_path / "other.json")
     assert caught.value.code == "scan-ways"

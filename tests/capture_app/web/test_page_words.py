@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from capture_app.commands.spelling import in_options, labels
+from capture_app.web.calibration_forms import FORMS, calibration_form
 from capture_app.web.page_words import _BUTTONS, all_in_page_words, in_page_words
 from capture_app.web.routes.about import choices
 from omomo_core.errors import DamageError, InputError, in_own_words, reading
@@ -21,6 +22,9 @@ ROOMS = ("ingest", "omomo_core", "render")
 @pytest.mark.parametrize("kind", ["", "run", "scan", "overlay", "export", "render", "calibrate"])
 def test_every_label_stands_on_the_page(kind: str):
     described = {one["title"] for form in choices()["forms"].values() for one in form}
+    for part in (part for key in FORMS for part in calibration_form(key)["parts"]):
+        described |= {one["title"] for one in [*part["fields"], *part["more_fields"]]}
+        described |= {part["title"], part["more"]}
     assert len(labels(kind)) > 30
     for field, label in labels(kind).items():
         assert label in PAGE or label in described, (
