@@ -132,7 +132,7 @@ def test_it_runs_lists_draws_and_exports(folder: Path) -> None:
             said = await text(client, "export", result="out", output=output, to="csv")
             assert "output-exists" in said
         written = json.loads(await text(client, "export", result="out", output="out.bvh"))
-        assert written["files"] == ["out.bvh", "out_object.bvh"]
+        assert written["files"] == ["out.bvh", "out_object.bvh", "out_contacts.csv"]
         assert "output-exists" in await text(client, "export", result="out", output="out.bvh")
         manifest = json.loads((folder / "out/manifest.json").read_text())
         elsewhere = str(folder.parent / "smplx.npz")
