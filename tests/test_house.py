@@ -41,6 +41,27 @@ def test_a_package_keeps_its_budget_of_lines(package: str):
     assert lines <= PASSED * budgets[package]
 
 
+def test_what_a_package_holds_beside_its_code_is_installed_with_it():
+    """Data of `omocap` itself, such as the page and the demo: setuptools takes what a pattern names."""
+    kept = tomllib.loads((REPO / "pyproject.toml").read_text())["tool"]["setuptools"][
+        "package-data"
+    ]
+    named = {
+        path.relative_to(REPO)
+        for package, patterns in kept.items()
+        for pattern in patterns
+        for folder in (PACKAGES if package == "*" else [package.replace(".", "/")])
+        for path in (REPO / folder).glob(f"**/{pattern}" if package == "*" else pattern)
+    }
+    there = {
+        path.relative_to(REPO)
+        for package in PACKAGES
+        for path in (REPO / package).rglob("*")
+        if path.is_file() and path.suffix not in (".py", ".pyc") and path.name[0] != "."
+    }
+    assert there - named == set()
+
+
 def test_no_file_and_no_function_is_too_long():
     files = [path for path, text in sources().items() if text.count("\n") > LONGEST_FILE]
     functions = [
