@@ -24,7 +24,7 @@ from omomo_core.generation.generation_options import SolvedPrefix
 from omomo_core.generation.object_clip import ObjectModel
 from omomo_core.generation.person import GrowingPerson, Person, join, shift_spans, stretch
 from omomo_core.generation.sample_chunks import SampledChunk
-from omomo_core.generation.solving.bodies import SolvedBodies, solve_bodies
+from omomo_core.generation.solving.bodies import SolvedBodies, continue_hands, solve_bodies
 from omomo_core.generation.solving.solving_config import BODY_SOLVING
 from omomo_core.motion import HumanMotion
 from omomo_core.skeleton import FINGER_JOINTS
@@ -189,7 +189,7 @@ def _with_hands(
     before: SolvedPrefix | None,
 ) -> _Laid:
     if before is not None:
-        bodies.rotations[:, : before.frames] = before.rotations
+        bodies = continue_hands(take.body, bodies, before)
     with torch_threads(1):
         people, laid = finish_people(
             bodies,

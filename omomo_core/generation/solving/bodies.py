@@ -38,7 +38,12 @@ from omomo_core.generation.collision.avoidance import (
 from omomo_core.generation.collision.collision_config import SIDES
 from omomo_core.generation.generation_options import SolvedPrefix, free_after
 from omomo_core.generation.solving.foot_plan import ANKLES, TOES, FootPlan, plan_feet
-from omomo_core.generation.solving.palm_plan import ankles_of, move_root_within_reach, solve_arms
+from omomo_core.generation.solving.palm_plan import (
+    ARMS,
+    ankles_of,
+    move_root_within_reach,
+    solve_arms,
+)
 from omomo_core.generation.solving.solving_config import BODY_SOLVING, REACH
 
 _BEFORE, _OPTIMISING = 0.3, 0.5
@@ -166,6 +171,29 @@ def _continue_prefix(
     moved = root + weight * (prefix.root[:, -1:] - root[:, first - 1 : first])
     turned[:, :first], moved[:, :first] = prefix.rotations, prefix.root
     return moved, turned
+
+
+def continue_hands(body: BodyModel, solved: SolvedBodies, before: SolvedPrefix) -> SolvedBodies:
+    """Return bodies that begin with a prefix whose hands are laid, which turned its arms.
+
+    The change of its last frame fades out after it. Palms stay at their targets, but for what the last of the
+    prefix was off.
+
+    Args:
+        body: whose bones.
+        solved: the same bodies, solved from the prefix before its hands were laid.
+        before: the prefix.
+    """
+    first, frames = before.frames, solved.root.shape[1]
+    palms = forward_kinematics(body, solved.root, solved.rotations)[..., 22:, :]
+    laid = forward_kinematics(body, before.root[:, -1:], before.rotations[:, -1:])[..., 22:, :]
+    away = (1 - free_after(first, frames))[:, None, None].to(palms)
+    palms = palms + away * (laid - palms[:, first - 1 : first])
+    _, R = _continue_prefix(before, solved.root, solved.rotations)
+    for side in range(2):
+        R, _ = reach(body, solved.root, R, ARMS[side], palms[..., side, :], gently=True)
+    R[:, :first] = before.rotations
+    return replace(solved, rotations=R)
 
 
 def _plan_feet(
