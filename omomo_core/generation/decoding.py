@@ -87,11 +87,12 @@ def lay_palms(
     for k, held in enumerate(segments):
         holds = list(find_holds(joints[k], rotations[k].float(), held, T, field, free))
         turn = turn_palms(body, rotations[k][:, WRISTS].float(), holds, T, field)
-        wrists = roma.rotvec_to_rotmat(free[:, None, None] * turn) @ rotations[k][:, WRISTS]
-        at = palms[k] - (wrists.float() @ _hands(body)[..., None])[..., 0]
-        rise = raise_palms(body, at, wrists.float(), holds, T, field)
+        planned = roma.rotvec_to_rotmat(turn) @ rotations[k][:, WRISTS].float()
+        wrists = _from_prefix(planned, rotations[k][:, WRISTS].float(), free)
+        at = palms[k] - (wrists @ _hands(body)[..., None])[..., 0]
+        rise = raise_palms(body, at, wrists, holds, T, field)
         palms[k] += free[:, None, None] * rise
-        rotations[k][:, WRISTS] = wrists
+        rotations[k][:, WRISTS] = wrists.to(rotations)
     for side in range(2):
         goal = palms[..., side, :].to(rotations)
         rotations, _ = reach(body, root, rotations, ARMS[side], goal, gently=True)
@@ -104,6 +105,20 @@ def lay_palms(
     miss = (forward_kinematics(body, root, rotations)[..., 22:, :] - targets.palms).norm(dim=-1)
     held = targets.hold > BODY_SOLVING.full_hold
     return replace(solved, rotations=rotations, miss=torch.where(held, miss, 0.0))
+
+
+def _from_prefix(
+    planned: Float[Tensor, "frames 2 3 3"],
+    sampled: Float[Tensor, "frames 2 3 3"],
+    free: Float[Tensor, " frames"],
+) -> Float[Tensor, "frames 2 3 3"]:
+    """Return planned rotations of wrists that begin with the fixed ones; what differs there fades out."""
+    first = int((free == 0).sum())
+    if not first:
+        return planned
+    apart = roma.rotmat_to_rotvec(planned[first - 1].mT @ sampled[first - 1])
+    fading = planned @ roma.rotvec_to_rotmat((1 - free)[:, None, None] * apart)
+    return torch.cat([sampled[:first], fading[first:]])
 
 
 def _hands(body: BodyModel) -> Float[Tensor, "2 3"]:

@@ -164,11 +164,13 @@ def _path(body: BodyModel, hold: HeldPalm, field: DistanceField) -> Float[Tensor
 
 
 def _base(hold: HeldPalm) -> Float[Tensor, "3 3"]:
-    """Return the hand laid flat in its mean heading, object's frame."""
-    along = hold.R_wrist[:, :, 0].mean(dim=0)
+    """Return the hand laid flat in its mean heading, or in that of the frames that are fixed; object's frame."""
+    fixed = hold.free < 0.5
+    R = hold.R_wrist[fixed] if fixed.any() else hold.R_wrist
+    along = R[:, :, 0].mean(dim=0)
     along = along - (along @ hold.out) * hold.out
     if along.norm() < PALM_PLAN.least_heading:
-        along = torch.linalg.cross(hold.out, hold.R_wrist[:, :, 2].mean(dim=0))
+        along = torch.linalg.cross(hold.out, R[:, :, 2].mean(dim=0))
     along = normalize(along, dim=0)
     return torch.stack([along, hold.out, torch.linalg.cross(along, hold.out)], dim=1)
 
