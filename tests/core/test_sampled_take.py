@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import roma
 import torch
 
 from omomo_core.generation.conditioning import Conditioning, Pose
@@ -11,9 +12,14 @@ from omomo_core.generation.person import Person
 from omomo_core.generation.sampled_file import load_sampled
 from omomo_core.generation.selection.ranking import is_good, order_as_sampled
 from omomo_core.motion import HandMotion
+from omomo_core.skeleton import joint
+from omomo_core.weights.load import load_stages
 from tests.core.test_generation import carried, untrained
 from tests.core.test_generation_stream import BODY
 
+ARMS = [
+    joint(f"{side}_{name}") for side in ("left", "right") for name in ("shoulder", "elbow", "wrist")
+]
 FRAMES = 900
 """More than a chunk has."""
 
@@ -63,6 +69,19 @@ def test_of_a_long_take_two_are_solved_at_most(made):
     solved = set(range(take.samples)) - generation.unsolved
     totals = {k: generation.scores[k]["total"] for k in solved}
     assert generation.chosen == min(totals, key=lambda k: totals[k]) or len(solved) == 1
+
+
+def test_joints_of_arms_do_not_snap_where_chunks_meet():
+    options = GenerationOptions(1, steps=4, solve="shown")
+    take = sample_take(carried(FRAMES), BODY, load_stages(), options)
+    first, second = (sample.chunk for sample in take.chunks)
+    person = take.solve(0)
+    seam = second.first + second.prefix_frames
+    assert seam == first.stop
+    assert person.human.hand_contact[seam].max() == 1.0
+    R = torch.from_numpy(person.human.rotations)
+    turned = torch.rad2deg(roma.rotmat_geodesic_distance(R[1:], R[:-1]))[seam - 2 : seam + 25, ARMS]
+    assert turned.max() < 6
 
 
 def test_progress_of_solving_ends_at_one(made):
