@@ -5,7 +5,7 @@ Usage: python -m benchmarks.shown_sample CLIPS [--samples K] [--seeds N] [--step
 CLIPS is a folder of recorded clips (`omomo_core/learning/evaluation/real_clips.py`). People of each clip are
 sampled, and all are solved. Printed are the errors of the sample that is chosen among all solved ones, those
 of the one that is chosen as sampled and solved first, and their paired differences with 95 % intervals over
-clips; the share of results that leap, and how many bodies were solved.
+clips; the share of results that leap, and how many bodies were solved; and what share of all samples leaps.
 """
 
 import argparse
@@ -70,7 +70,7 @@ def compared(take: SampledTake, clip: RealClip) -> Row:
         if is_good(scores[k]):
             shown = k
             break
-    row: Row = {"solved": len(solved)}
+    row: Row = {"solved": len(solved), "leap": np.mean([s["leaping"] > 0 for s in scores])}
     for name, k in (("all", best), ("shown", shown)):
         errors: Mapping[str, float] = joint_errors(people[k].human.joints, clip.joints)
         row |= {f"{name} {key}": float(errors[key]) for key in ERRORS}
@@ -83,7 +83,9 @@ def summary(rows: list[Row]) -> Iterator[str]:
     """Yield what is printed of all."""
     clips = [str(row["clip"]) for row in rows]
     solved = np.mean([row["solved"] for row in rows])
+    leap = np.mean([row["leap"] for row in rows])
     yield f"{len(set(clips))} clips, {len(rows)} takes, {solved:.2f} bodies solved of each"
+    yield f"{leap:.0%} of all samples leap"
     for key in (*ERRORS, "faults", "leaps"):
         new, old = ([row[f"{name} {key}"] for row in rows] for name in ("shown", "all"))
         difference = paired_bootstrap(new, old, clips)

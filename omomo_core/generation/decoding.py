@@ -32,6 +32,7 @@ from omomo_core.generation.solving.palm_plan import (
     turn_palms,
 )
 from omomo_core.generation.solving.solving_config import BODY_SOLVING, WRIST
+from omomo_core.generation.solving.steady_limbs import steady_limbs
 from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d
 from omomo_core.geometry.runs import min_jerk
 from omomo_core.geometry.surface import Surface
@@ -267,7 +268,10 @@ def finish_people(
     free = free_after(before, frames)
     solved = lay_palms(body, solved, targets, segments, free)
     out = lead_hands_out(body, solved.root, solved.rotations, targets.hold, free)
-    solved = replace(solved, rotations=out)
+    contact = np.stack([h.contact for h in hands])
+    # Palms that are given are at their places in every frame.
+    held = targets.hold.numpy() if (targets.hold == 1).all() else contact
+    solved = replace(solved, rotations=steady_limbs(body, solved.root, out, ARMS, held, free))
     T, planted = targets.T_world_object, foot_contact.double().numpy()
     people = assemble_people(
         body, solved, planted, hands, segments, T, object_model.obstacle, prefix

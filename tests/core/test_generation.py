@@ -240,13 +240,11 @@ def test_a_take_starts_from_the_given_pose_and_does_not_jump_away_from_it():
     start = pose_of(run(motion, seed=5), 1, 20)
     known = Conditioning(start_pose=start)
     made = generate(motion, BODY, untrained(), options, lambda name, done: None, known)
-    free = np.stack([person.joints for person in run(motion).motions])
-    usual = np.linalg.norm(np.diff(free, axis=1), axis=-1).max()
     for person in made.motions:
         np.testing.assert_allclose(person.root[0], start.root, atol=1e-6)
         np.testing.assert_allclose(person.rotations[0], start.rotations, atol=1e-5)
         step = np.linalg.norm(np.diff(person.joints, axis=0), axis=-1)[:10].max()
-        assert step < usual + 0.2
+        assert step < 0.5  # people of an untrained network are anywhere
 
 
 def test_known_palms_are_followed_in_every_frame():

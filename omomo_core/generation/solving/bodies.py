@@ -44,7 +44,9 @@ from omomo_core.generation.solving.palm_plan import (
     move_root_within_reach,
     solve_arms,
 )
-from omomo_core.generation.solving.solving_config import BODY_SOLVING, REACH
+from omomo_core.generation.solving.solving_config import BODY_SOLVING, REACH, STEADY_LIMBS
+from omomo_core.generation.solving.steady_limbs import steady_limbs
+from omomo_core.geometry.runs import frames_away, min_jerk
 
 _BEFORE, _OPTIMISING = 0.3, 0.5
 """Shares of the time before the trajectory optimisation, and in it."""
@@ -134,7 +136,7 @@ def solve_bodies(
     fine_avoidance = CollisionAvoidance.of(
         anatomy, field, targets.T_world_object, free, SIDES.fine_stride
     )
-    pose = _swing_clear(body, pose, fine_avoidance)
+    pose = _with_steady_legs(body, _swing_clear(body, pose, fine_avoidance), feet, free)
     if prefix is not None:
         pose.root[:, : prefix.frames] = prefix.root
         pose.rotations[:, : prefix.frames] = prefix.rotations
@@ -189,11 +191,12 @@ def continue_hands(body: BodyModel, solved: SolvedBodies, before: SolvedPrefix) 
     laid = forward_kinematics(body, before.root[:, -1:], before.rotations[:, -1:])[..., 22:, :]
     away = (1 - free_after(first, frames))[:, None, None].to(palms)
     palms = palms + away * (laid - palms[:, first - 1 : first])
-    _, R = _continue_prefix(before, solved.root, solved.rotations)
+    _, rotations = _continue_prefix(before, solved.root, solved.rotations)
     for side in range(2):
-        R, _ = reach(body, solved.root, R, ARMS[side], palms[..., side, :], gently=True)
-    R[:, :first] = before.rotations
-    return replace(solved, rotations=R)
+        goal = palms[..., side, :]
+        rotations, _ = reach(body, solved.root, rotations, ARMS[side], goal, gently=True)
+    rotations[:, :first] = before.rotations
+    return replace(solved, rotations=rotations)
 
 
 def _plan_feet(
@@ -230,6 +233,14 @@ def _solve_limbs(
 
 def _swing_clear(body: BodyModel, pose: _Pose, avoidance: CollisionAvoidance) -> _Pose:
     return replace(pose, rotations=swing_limbs_clear(body, pose.root, pose.rotations, avoidance))
+
+
+def _with_steady_legs(
+    body: BodyModel, pose: _Pose, feet: Sequence[FootPlan], free: Float[Tensor, " frames"]
+) -> _Pose:
+    apart = np.stack([[frames_away(foot) for foot in f.standing.T] for f in feet]).swapaxes(1, 2)
+    held = 1 - min_jerk(apart / STEADY_LIMBS.foot_ramp)
+    return replace(pose, rotations=steady_limbs(body, pose.root, pose.rotations, LEGS, held, free))
 
 
 def _free_feet(body: BodyModel, pose: _Pose, feet: list[FootPlan]) -> list[FootPlan]:

@@ -164,7 +164,7 @@ def _path(body: BodyModel, hold: HeldPalm, field: DistanceField) -> Float[Tensor
 
 
 def _base(hold: HeldPalm) -> Float[Tensor, "3 3"]:
-    """Return the hand laid flat in its mean heading, or in that of the frames that are fixed; object's frame."""
+    """Return the hand laid flat in its mean heading, or in that of fixed frames; object's frame."""
     fixed = hold.free < 0.5
     R = hold.R_wrist[fixed] if fixed.any() else hold.R_wrist
     along = R[:, :, 0].mean(dim=0)

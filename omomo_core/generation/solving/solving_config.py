@@ -236,6 +236,21 @@ class FreeHandsConfig:
     smoothing: float = setting(3.0, "frames", "Standard deviation of the filter over a step.")
 
 
+@dataclass(frozen=True)
+class SteadyLimbsConfig:
+    """How limbs that swing faster than people's are smoothed over time."""
+
+    rounds: int = setting(5, "count", "Most rounds; each smooths more than the one before.")
+    smoothing: float = setting(
+        2.0, "frames", "Standard deviation of the filter of the first round; it grows by as much."
+    )
+    near: int = setting(6, "frames", "Time around a leap that is smoothed at least.")
+    least: float = setting(0.001, "share", "Weight below which a frame stays as it is.")
+    foot_ramp: int = setting(
+        6, "frames", "Time after which the way of a foot that was planted may be smoothed wholly."
+    )
+
+
 BODY_SOLVING = BodySolvingConfig()
 FOOT_PLAN = FootPlanConfig()
 STEPS = StepConfig()
@@ -244,6 +259,7 @@ WRIST = WristConfig()
 PALM_PLAN = PalmPlanConfig()
 PALM_CLEARANCE = PalmClearanceConfig()
 FREE_HANDS = FreeHandsConfig()
+STEADY_LIMBS = SteadyLimbsConfig()
 
 
 @dataclass(frozen=True)
@@ -258,6 +274,7 @@ class SolvingConfig:
     palm_plan: PalmPlanConfig = PALM_PLAN
     palm_clearance: PalmClearanceConfig = PALM_CLEARANCE
     free_hands: FreeHandsConfig = FREE_HANDS
+    steady_limbs: SteadyLimbsConfig = STEADY_LIMBS
 
 
 SOLVING = SolvingConfig()
