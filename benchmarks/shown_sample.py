@@ -70,7 +70,7 @@ def compared(take: SampledTake, clip: RealClip) -> Row:
         if is_good(scores[k]):
             shown = k
             break
-    row: Row = {"solved": len(solved), "leap": np.mean([s["leaping"] > 0 for s in scores])}
+    row: Row = {"solved": len(solved), "leap": float(np.mean([s["leaping"] > 0 for s in scores]))}
     for name, k in (("all", best), ("shown", shown)):
         errors: Mapping[str, float] = joint_errors(people[k].human.joints, clip.joints)
         row |= {f"{name} {key}": float(errors[key]) for key in ERRORS}
