@@ -67,7 +67,7 @@ def compared(take: SampledTake, clip: RealClip) -> Row:
     order, _ = order_as_sampled([take.as_sampled(k) for k in range(take.samples)], must)
     for k in order:
         solved.append(k)
-        if is_good(scores[k]):
+        if is_good(scores[k], len(must)):
             shown = k
             break
     row: Row = {"solved": len(solved), "leap": float(np.mean([s["leaping"] > 0 for s in scores]))}

@@ -149,7 +149,7 @@ def _solved_to_show(take: SampledTake, progress: Progress, *, shortest_way: bool
         people[k] = take.solve(k, lambda done: progress("solve", done))
         scores[k] = score(people[k], must_hold)
         solved.append(k)
-        if is_good(scores[k]):
+        if is_good(scores[k], len(must_hold)):
             chosen = k
             break
     else:

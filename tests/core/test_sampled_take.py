@@ -101,13 +101,21 @@ def test_the_order_is_by_distance_and_lasting_faults(made):
 
 
 @pytest.mark.parametrize(
-    ("leaping", "inside_cm", "total", "good"),
-    [(0.0, 0.1, 1.0, True), (0.4, 0.1, 1.0, False), (0.0, 9.0, 1.0, False), (0.0, 0.1, 9.0, False)],
+    ("leaping", "inside_cm", "total", "frames", "good"),
+    [
+        (0.0, 0.1, 1.0, 300, True),
+        (0.4, 0.1, 1.0, 300, False),
+        (0.0, 9.0, 1.0, 300, False),
+        (0.0, 0.1, 9.0, 300, False),
+        (0.4, 0.1, 4.4, 2700, True),
+        (0.8, 0.1, 1.0, 2700, False),
+    ],
 )
 def test_who_leaps_is_deep_or_has_many_faults_is_not_shown_without_a_look_at_others(
-    leaping, inside_cm, total, good
+    leaping: float, inside_cm: float, total: float, frames: int, good: bool
 ):
-    assert is_good({"leaping": leaping, "inside_cm": inside_cm, "total": total}) == good
+    scores = {"leaping": leaping, "inside_cm": inside_cm, "total": total}
+    assert is_good(scores, frames) == good
 
 
 def test_a_take_in_files_gives_the_same_people_and_can_be_read_again(made, tmp_path):

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.trajectory_optimization.solver_config import JOINT_RANGES
+from omomo_core.generation.generation_config import RECORDED
 from omomo_core.generation.generation_options import Generation, notes_of
 from omomo_core.generation.person import Person
 from omomo_core.generation.selection.selection_config import SCORE, SCORE_WEIGHTS
@@ -177,10 +178,20 @@ def order_as_sampled(
     return order.tolist(), scores
 
 
-def is_good(scores: Mapping[str, float]) -> bool:
-    """Return whether a solved sample may be shown without a look at others: no leap, not deep, few faults."""
+def is_good(scores: Mapping[str, float], frames: int) -> bool:
+    """Return whether a solved sample may be shown without a look at others: not deep, few faults, no leap.
+
+    Somewhere in a long take every sample leaps a little, so a little is allowed after the first chunk.
+
+    Args:
+        scores: faults of the sample.
+        frames: of the take.
+    """
+    minutes = max(frames - RECORDED.length, 0) / (60 * FPS)
     deep = scores["inside_cm"] > 100 * SCORE.extra_depth
-    return scores["leaping"] == 0 and not deep and scores["total"] <= SCORE.most_faults
+    leaps = scores["leaping"] > SCORE.leaping_a_minute * minutes
+    others = scores["total"] - _WEIGHTS["leaping"] * scores["leaping"]
+    return not deep and not leaps and others <= SCORE.most_faults
 
 
 def _way(joints: Float[np.ndarray, "frames 24 3"]) -> float:

@@ -194,7 +194,14 @@ class ScoreConfig:
         "Samples of a take of several chunks that are solved until one is good, at most.",
     )
     most_faults: float = setting(
-        4.0, "cost", "Sum of faults of a solved sample above which the next one is solved, too."
+        4.0,
+        "cost",
+        "Sum of faults without leaps of a solved sample above which the next one is solved, too.",
+    )
+    leaping_a_minute: float = setting(
+        0.5,
+        "1/min",
+        "Excess over the speed limits that a minute after the first chunk may have, summed over frames.",
     )
     stride: int = setting(
         2, "frames", "Step between the frames in which people who are not solved are compared."
