@@ -17,9 +17,8 @@ from capture_app.manifest_builder import run_manifest
 from capture_app.motion_arrays import SAMPLED
 from capture_app.prepare import PreparedTake, prepare_take
 from capture_app.progress import Progress, silent
-from capture_app.rendering import draw_video
 from capture_app.result import Result, save_motion
-from capture_app.staged_result import StagedResult, run_stages
+from capture_app.staged_result import StagedResult, draw_video, run_stages
 from ingest.axes import T_ZUP_ARKIT
 from ingest.mesh_files.file_parts import decoding
 from ingest.scan.clean_mesh import INVENTED

@@ -4,7 +4,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from capture_app.commands.render import RenderRequest
-from capture_app.commands.run import ResultRequest
 from capture_app.exports.resample import Sampled
 from capture_app.overlay.aligned import eye_of
 from capture_app.progress import Progress, silent
@@ -120,20 +119,6 @@ def _robot(request: RenderRequest, human: HumanMotion, result: Result) -> list[A
     robot = load_robot(request.robot, request.frames)
     sampled = Sampled(human, result.object_motion, FPS)
     return robot_actors(robot_motion(robot, sampled, body_of(result)))
-
-
-def draw_video(request: ResultRequest, progress: Progress = silent) -> None:
-    """Draw the video of a result that stands, if one is asked for.
-
-    Args:
-        request: what the result was made from.
-        progress: told the stage "video".
-
-    Raises:
-        InputError: see `render_result`; the result stays as it is.
-    """
-    if request.video is not None:
-        render_result(request.video, progress)
 
 
 def _order(request: RenderRequest, count: int) -> Sequence[int]:

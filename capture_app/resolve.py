@@ -10,11 +10,10 @@ from capture_app.generated_sample import GeneratedSample
 from capture_app.manifest import CONTACTS, MOTION, Manifest
 from capture_app.manifest_builder import correction_manifest
 from capture_app.progress import Progress, silent
-from capture_app.rendering import draw_video
 from capture_app.rerun import unchanged
 from capture_app.result import Result, body_of, load_result, sample_index, save_corrected
 from capture_app.solve_samples import solved_result
-from capture_app.staged_result import StagedResult, run_stages
+from capture_app.staged_result import StagedResult, draw_video, run_stages
 from omomo_core.body.model import BodyModel
 from omomo_core.contact.contact_file import read_contacts
 from omomo_core.contact.segment import ContactSpan

@@ -10,11 +10,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from capture_app.commands.run import ResolveRequest, RunRequest
+from capture_app.commands.run import ResolveRequest, ResultRequest, RunRequest
 from capture_app.exports.glb import write_glb
 from capture_app.generated_sample import GeneratedSample, load_sample, save_sample
 from capture_app.manifest import CONTACTS, GLB, MANIFEST, Manifest, write_manifest
-from capture_app.progress import Progress, StageClock
+from capture_app.progress import Progress, StageClock, silent
 from capture_app.result import Result, load_result
 from capture_app.staging import Staging
 from omomo_core.body.model import BodyModel
@@ -122,3 +122,20 @@ def run_stages(staged: StagedResult[Request]) -> Result:
     finally:
         staged.staging.discard()
     return load_result(staged.staging.target)
+
+
+def draw_video(request: ResultRequest, progress: Progress = silent) -> None:
+    """Draw the video of a result that stands, if one is asked for.
+
+    Args:
+        request: what the result was made from.
+        progress: told the stage "video".
+
+    Raises:
+        InputError: see `render_result`; the result stays as it is.
+    """
+    if request.video is not None:
+        # It loads readers of films, half a second of a run that draws none.
+        from capture_app.rendering import render_result
+
+        render_result(request.video, progress)

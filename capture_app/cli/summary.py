@@ -32,7 +32,7 @@ def show_result(request: ResultRequest, make: "Callable[[Any, Progress], Result]
 
 
 def _draw(request: ResultRequest) -> None:
-    from capture_app.rendering import draw_video
+    from capture_app.staged_result import draw_video
 
     assert request.video is not None
     try:
