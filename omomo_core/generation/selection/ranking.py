@@ -133,7 +133,8 @@ def choose(
     """Return the index of the sample with the lowest sum of two ranks: of its faults and of its distance.
 
     The sample with the fewest faults is often an outlier, and the most central one may skate. A sample that
-    leaps is shown only where all do, and none whose body is much deeper in the object than another's.
+    leaps is shown only where all do, and then none that leaps much more than another. None is shown whose
+    body is much deeper in the object than another's.
 
     Args:
         motions: of the same take.
@@ -146,7 +147,7 @@ def choose(
     if shortest_way:
         faults = faults + _ranks(np.array([_way(human.joints) for human in motions]))
     leaps, inside = (np.array([s[k] for s in scores]) for k in ("leaping", "inside_cm"))
-    shown = (leaps == 0) | (leaps > 0).all()
+    shown = leaps <= (leaps.min() + SCORE.more_leaping if leaps.all() else 0.0)
     shown &= inside <= inside[shown].min() + 100 * SCORE.extra_depth
     return int(np.argmin(np.where(shown, central + faults, np.inf)))
 

@@ -198,6 +198,12 @@ class ScoreConfig:
         "cost",
         "Sum of faults without leaps of a solved sample above which the next one is solved, too.",
     )
+    more_leaping: float = setting(
+        0.5,
+        "cost",
+        "How much more than the least a shown sample may exceed the speed limits where all leap, summed over "
+        "frames.",
+    )
     leaping_a_minute: float = setting(
         0.5,
         "1/min",
