@@ -86,19 +86,19 @@ def main() -> None:
         print(json.dumps(measure(Path(sys.argv[2]))))
         return
     from ingest.formats import ios_logger, scan_capture, stray_scanner
+    from tests.log_writers import write_session
 
-    writers = (stray_scanner, ios_logger, scan_capture)
     print(f"{'app':16}{'minutes':>8}{'read':>8}{'clean':>8}{'report':>8}{'total s':>9}{'MB':>6}")
     for minutes in map(float, sys.argv[1:] or ["1", "5", "10"]):
         session = made_up(minutes)
-        for writer in writers:
+        for app in (stray_scanner, ios_logger, scan_capture):
             with tempfile.TemporaryDirectory() as folder:
-                writer.write(replace(session, app=writer.NAME), Path(folder))
+                write_session(app, replace(session, app=app.NAME), Path(folder))
                 command = [sys.executable, __file__, "--one", folder]
                 found = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
             parts = [found[name] for name in ("read", "clean", "report")]
             row = "".join(f"{part:8.2f}" for part in parts)
-            print(f"{writer.NAME:16}{minutes:8g}{row}{sum(parts):9.2f}{found['megabytes']:6.0f}")
+            print(f"{app.NAME:16}{minutes:8g}{row}{sum(parts):9.2f}{found['megabytes']:6.0f}")
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import overload
 
 import numpy as np
 from jaxtyping import Float64
@@ -19,11 +20,34 @@ _CUT_FIX = (
 
 
 @dataclass(frozen=True)
+class SplitRows(Sequence[tuple[str, ...]]):
+    """Lines that are split into fields when they are looked at: a million fields at once need much memory."""
+
+    lines: Sequence[str]
+    separator: str | None
+    """None means any white space."""
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    @overload
+    def __getitem__(self, index: int) -> tuple[str, ...]: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> "SplitRows": ...
+
+    def __getitem__(self, index: int | slice) -> "tuple[str, ...] | SplitRows":
+        if isinstance(index, slice):
+            return SplitRows(self.lines[index], self.separator)
+        return split_row(self.lines[index], self.separator)
+
+
+@dataclass(frozen=True)
 class TextRows:
     """The fields of each line that is neither blank nor a # comment."""
 
     path: Path
-    rows: tuple[tuple[str, ...], ...]
+    rows: Sequence[tuple[str, ...]]
     lines: tuple[int, ...]
     """Line number of each row, from 1."""
     ends_with_newline: bool
@@ -57,13 +81,13 @@ def read_rows(path: Path, separator: str | None) -> TextRows:
             fix="Give the folder that the capture app wrote.",
         )
     text = _decoded(path.read_bytes())
-    rows: list[tuple[str, ...]] = []
+    rows: list[str] = []
     lines: list[int] = []
     for number, line in enumerate(text.split("\n"), start=1):
         if line.strip() and not line.lstrip().startswith("#"):
-            rows.append(split_row(line.strip("\r\n"), separator))
+            rows.append(line.strip("\r\n"))
             lines.append(number)
-    return TextRows(path, tuple(rows), tuple(lines), text.endswith("\n"))
+    return TextRows(path, SplitRows(rows, separator), tuple(lines), text.endswith("\n"))
 
 
 def _decoded(data: bytes) -> str:
