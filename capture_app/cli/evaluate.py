@@ -94,7 +94,7 @@ def evaluate(
         int, typer.Option(help="K: people generated for each clip.", min=1, max=200)
     ] = 20,
     seed: options.Seed = 0,
-    steps: options.Steps = 10,
+    steps: options.Steps = 7,
     body: Annotated[
         SkeletonChoice,
         typer.Option(help="Bones of the generated people: the recorded person's, or our body's."),

@@ -86,7 +86,7 @@ class TakeOptions(ReadingOptions):
             le=1000,
             description="Steps of the sampler; more is slower and finer.",
         ),
-    ] = 10
+    ] = 7
     solve: Annotated[
         Literal["shown", "all"],
         shown(words="shown: the best sample; all: all samples"),

@@ -31,7 +31,7 @@ class GenerationOptions:
     seed: int = 0
     contact: Literal["segments", "paper"] = "segments"
     sampler: Sampler = "dpm++"
-    steps: int = 10
+    steps: int = 7
     solve: Literal["shown", "all"] = "all"
     """Whether only the sample that is shown is solved, or every one."""
 
