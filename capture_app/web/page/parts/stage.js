@@ -66,7 +66,7 @@ export class Stage extends EventTarget {
     this.person = h(
       "select",
       { on: { change: () => this.dress() } },
-      h("option", { value: "own" }, "Your character"),
+      h("option", { value: "own" }, "Character"),
       h("option", { value: "" }, "Our body"),
     );
     this.who = h("label", { class: "inline", hidden: true }, h("span", {}, "Person"), this.person);
