@@ -111,7 +111,7 @@ def test_a_character_of_ones_own_is_dropped_and_comes_back_moving(result_page, t
     page.get_by_text("Options", exact=True).click()
     hero = write_rig(rig, tmp_path / "hero.glb", color=(0.7, 0.02, 0.7))
     # What the phone filmed is of every colour.
-    page.add_style_tag(content=".stage-film { display: none }")
+    page.locator(".stage-film").evaluate("film => film.remove()")
     assert not _magenta(page).any()
     choose(page, "Drop your own character here", hero)
     link = page.get_by_role("status").get_by_role("link").first
