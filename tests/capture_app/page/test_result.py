@@ -122,7 +122,7 @@ def test_a_character_of_ones_own_is_dropped_and_comes_back_moving(result_page, t
     assert made.scene["nodes"][made.names["shoes"]]["skin"] == 0
     pelvis = made.names[rig.names[rig.joints["pelvis"]]]
     assert np.ptp(made.world(pelvis, moved=True)[:, :3, 3], axis=0).max() > 0.2
-    person = page.locator(".stage-bar").get_by_label("Person")
+    person = page.locator(".stage-bar").get_by_label(re.compile("^PersonCharacter"))
     expect(person).to_be_visible()
     first = _magenta(page)
     assert first.sum() > 1000
@@ -139,7 +139,7 @@ def test_a_character_that_cannot_be_shown_is_told_in_a_sentence(result_page, tmp
     page.get_by_text("Options", exact=True).click()
     choose(page, "Drop your own character here", write_rig(unnamed, tmp_path / "odd.glb"))
     expect(page.get_by_role("alert").or_(page.locator(".trouble")).first).to_contain_text("bone")
-    expect(page.locator(".stage-bar").get_by_label("Person")).to_be_hidden()
+    expect(page.locator(".stage-bar").get_by_label(re.compile("^PersonCharacter"))).to_be_hidden()
 
 
 def test_fbx_is_offered_only_where_there_is_a_blender(tabs, server, motion):
