@@ -19,11 +19,11 @@ from omomo_core.body.model import BodyModel
 from omomo_core.geometry.runs import min_jerk, runs
 
 HIPS, _SHOULDERS = (1, 2), (16, 17)
-_ARM, _LEG = 1e4, 1e5
+_ARM, _LEG = 3e4, 3e5
 """Costs of the squared overstretch of a limb, 1/m2. Where both cannot reach, arms fall short first."""
-_HASTE = 3e-3
+_HASTE = 8e-3
 """Cost of the squared acceleration of the hips' shift, s4/m2."""
-_AWAY = 0.1
+_AWAY = 3.0
 """Cost of the squared shift of the hips, 1/m2."""
 _BESIDE = 1.0
 """Cost of the squared shift of a foot beside that of the hips, 1/m2: strides keep their shape."""

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
+import igl
 import numpy as np
 import torch
 from jaxtyping import Bool, Float, Int
@@ -32,8 +33,8 @@ from omomo_core.body.kinematics import (
 )
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.runs import min_jerk, runs
-from omomo_core.geometry.transforms import shortest_turn
-from omomo_core.motion import FPS, HumanMotion
+from omomo_core.geometry.transforms import shortest_turn, to_local
+from omomo_core.motion import FPS, HumanMotion, ObjectMotion
 from omomo_core.skeleton import ALL_JOINTS, ALL_PARENTS, joint
 
 _LIMBS = {
@@ -179,6 +180,7 @@ def _own_length(rest: Float[np.ndarray, "52 3"], *parts: str) -> float:
 
 _BLEND = 8 / FPS
 """Seconds over which a hand goes from its own way onto the object and back."""
+_HEAD = (joint("neck"), joint("head"))
 _TOLD = 0.01
 """Metres by which a hand or foot may be off without a note."""
 
@@ -249,7 +251,7 @@ def refit(
         turned = solved(fitted, root, turned, ARMS[side], palms[:, side], hold[:, side])
     turned = turned[:, shape.driven[:22]]
     joints = joints_of(fitted, root, turned)
-    notes = _notes(joints, ankles, palms, human)
+    notes = (*_notes(joints, ankles, palms, human), *_head_notes(sampled, joints))
     posed = replace(
         human,
         root=root.astype(np.float32),
@@ -331,3 +333,22 @@ def _notes(
         for what, miss in off.items()
         if miss.max(initial=0.0) > _TOLD
     )
+
+
+def _head_notes(sampled: Sampled, joints: Float[np.ndarray, "frames 24 3"]) -> tuple[str, ...]:
+    """Say for how long the head is inside the object and was not."""
+    enters = _head_inside(sampled.object_motion, joints)
+    enters &= ~_head_inside(sampled.object_motion, sampled.human.joints)
+    if not enters.any():
+        return ()
+    seconds = enters.sum() / sampled.fps
+    return (f"On this skeleton the head is inside the object for {seconds:.1f} s.",)
+
+
+def _head_inside(
+    moved: ObjectMotion, joints: Float[np.ndarray, "frames 24 3"]
+) -> Bool[np.ndarray, " frames"]:
+    points = to_local(moved.T_world_object, joints[:, _HEAD].astype(np.float64)).reshape(-1, 3)
+    vertices, faces = moved.mesh.vertices.astype(np.float64), moved.mesh.faces.astype(np.int64)
+    turns = np.asarray(igl.fast_winding_number(vertices, faces, points)).reshape(-1, len(_HEAD))
+    return np.asarray(np.any(np.abs(turns) > 0.5, axis=1))

@@ -171,6 +171,17 @@ def test_arms_that_are_too_short_are_told(refit: Refit) -> None:
     assert any("does not reach" in note for note in notes)
 
 
+def test_a_head_in_the_object_is_told(shipped: BodyModel, holding: Sampled) -> None:
+    corners = 0.5 * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+    faces = np.array([(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
+                      (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)])  # fmt: skip
+    moved = replace(holding.object_motion, mesh=ObjectMesh(corners * 0.6, faces, "box"))
+    for scale, told in ((1.0, False), (0.6, True)):
+        target = Target("char", *character(shipped, scale, Bones.unreal))
+        _, notes = take_on_target(replace(holding, object_motion=moved), shipped, target)
+        assert any("the head is inside the object" in note for note in notes) == told
+
+
 @pytest.mark.parametrize("bones", list(Bones))
 def test_a_glb_character_reads_back_as_it_was(
     tmp_path: Path, shipped: BodyModel, holding: Sampled, bones: Bones
