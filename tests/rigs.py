@@ -136,8 +136,8 @@ def _axes(positions: np.ndarray, parents: list[int]) -> np.ndarray:
     return out
 
 
-def write_rig(rig: Rig, path: Path) -> Path:
-    """Write the character as GLB, with shoes as its skin."""
+def write_rig(rig: Rig, path: Path, color: tuple[float, float, float] | None = None) -> Path:
+    """Write the character as GLB, with shoes as its skin; with a colour, its bones have boxes, too."""
     nodes: list[dict[str, Any]] = []
     scale = rig.kind.scale
     for j, name in enumerate(rig.names):
@@ -156,7 +156,7 @@ def write_rig(rig: Rig, path: Path) -> Path:
     count = len(nodes)
     nodes.append({"name": "shoes", "mesh": 0, "skin": 0})
     nodes.append({"name": "Armature", "scale": [scale] * 3, "children": [0, count]})
-    arrays = _shoes(rig)
+    arrays = _boxes(rig, bones=color is not None)
     accessors, views, data = [], [], b""
     for kind, array in arrays:
         views.append({"buffer": 0, "byteOffset": len(data), "byteLength": array.nbytes})
@@ -175,6 +175,9 @@ def write_rig(rig: Rig, path: Path) -> Path:
             "attributes": {"POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2}, "indices": 3,
         }]}],
     }  # fmt: skip
+    if color is not None:
+        scene["materials"] = [{"pbrMetallicRoughness": {"baseColorFactor": [*color, 1.0]}}]
+        scene["meshes"][0]["primitives"][0]["material"] = 0
     if rig.kind.vrm:
         table = _KNOWN["vrm"]
         bones = {table[ours]: {"node": k} for ours, k in rig.joints.items()}
@@ -191,27 +194,25 @@ def write_rig(rig: Rig, path: Path) -> Path:
     return path
 
 
-def _shoes(rig: Rig) -> list[tuple[str, np.ndarray]]:
-    """A box for each foot, 10 cm times the size wide, from the heel to before the toes."""
+def _boxes(rig: Rig, *, bones: bool) -> list[tuple[str, np.ndarray]]:
+    """A box for each foot, 10 cm times the size wide, from the heel to before the toes.
+
+    With `bones`, a box around each bone of at least 5 cm as well.
+    """
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
     faces = [(0, 1, 3, 0, 3, 2), (4, 6, 7, 4, 7, 5), (0, 4, 5, 0, 5, 1),
              (2, 3, 7, 2, 7, 6), (0, 2, 6, 0, 6, 4), (1, 5, 7, 1, 7, 3)]  # fmt: skip
-    points, bones, indices = [], [], []
-    for side in ("left", "right"):
-        ankle = rig.positions[rig.joints[f"{side}_ankle"]]
-        toe = rig.positions[rig.joints[f"{side}_foot"]]
-        low = np.array([ankle[0] - 0.05 * rig.kind.size, 0.0, ankle[2] - 0.05 * rig.kind.size])
-        high = np.array([ankle[0] + 0.05 * rig.kind.size, ankle[1], toe[2]])
-        indices += [8 * len(bones) // 8 + i for row in faces for i in row]
-        points += list(low + corners * (high - low))
-        bones += [rig.joints[f"{side}_ankle"]] * 8
+    boxes = _shoes(rig) + (_around_bones(rig) if bones else [])
+    points = [point for low, high, _ in boxes for point in low + corners * (high - low)]
+    indices = [8 * k + i for k in range(len(boxes)) for row in faces for i in row]
+    moving = [bone for *_, bone in boxes for _ in corners]
     matrices = np.tile(np.eye(4), (len(rig.names), 1, 1))
     R = rig.rotations.swapaxes(1, 2)
     matrices[:, :3, :3] = R / rig.kind.scale
     matrices[:, :3, 3] = -np.einsum("jxy,jy->jx", R, rig.positions) / rig.kind.scale
-    joints = np.zeros((len(bones), 4), np.uint16)
-    joints[:, 0] = bones
-    weights = np.tile(np.array([1, 0, 0, 0], np.float32), (len(bones), 1))
+    joints = np.zeros((len(moving), 4), np.uint16)
+    joints[:, 0] = moving
+    weights = np.tile(np.array([1, 0, 0, 0], np.float32), (len(moving), 1))
     return [
         ("VEC3", np.array(points, np.float32)),
         ("VEC4", joints),
@@ -219,3 +220,25 @@ def _shoes(rig: Rig) -> list[tuple[str, np.ndarray]]:
         ("SCALAR", np.array(indices, np.uint16)),
         ("MAT4", matrices.swapaxes(1, 2).astype(np.float32)),
     ]
+
+
+def _shoes(rig: Rig) -> list[tuple[np.ndarray, np.ndarray, int]]:
+    """Lowest and highest corner of each shoe, and the bone that moves it."""
+    boxes = []
+    for side in ("left", "right"):
+        ankle = rig.positions[rig.joints[f"{side}_ankle"]]
+        toe = rig.positions[rig.joints[f"{side}_foot"]]
+        low = np.array([ankle[0] - 0.05 * rig.kind.size, 0.0, ankle[2] - 0.05 * rig.kind.size])
+        high = np.array([ankle[0] + 0.05 * rig.kind.size, ankle[1], toe[2]])
+        boxes.append((low, high, rig.joints[f"{side}_ankle"]))
+    return boxes
+
+
+def _around_bones(rig: Rig) -> list[tuple[np.ndarray, np.ndarray, int]]:
+    """Lowest and highest corner of a box around each bone, and the joint at its start."""
+    boxes, wide = [], 0.05 * rig.kind.size
+    for j, parent in enumerate(rig.parents):
+        ends = rig.positions[[parent, j]]
+        if parent >= 0 and np.linalg.norm(ends[1] - ends[0]) > wide:
+            boxes.append((ends.min(axis=0) - wide, ends.max(axis=0) + wide, parent))
+    return boxes

@@ -6,7 +6,8 @@ import { blend, FREE, HELD, LOST, MARK, MISSED, TINTS, TRACKING, TRAIL } from ".
 import { Picture } from "./picture.js";
 import { ball, frustum, phone } from "./shapes.js";
 import { facing, multiply, placed, point } from "./vectors.js";
-/** @import {Column} from "./gpu.js"
+/** @import {Character} from "./character.js"
+ *  @import {Column} from "./gpu.js"
  *  @import {Moment} from "./motion.js"
  *  @import {Lens, Pack, Segment, Surface} from "./pack.js"
  *  @import {Theme} from "./palette.js"
@@ -37,6 +38,8 @@ export class Actor {
     this.edited = null;
     /** @type {number[][]} */
     this.marks = [];
+    /** @type {Character | null} */
+    this.character = null;
     this.markRadius = Math.max(MARK_RADIUS, MARK_SHARE * reachOf(pack));
     this.meshes = this.#meshes();
     this.lines = this.#lines();
@@ -47,12 +50,22 @@ export class Actor {
     return this.edited ?? this.motion.contacts();
   }
 
+  /** Show a character, which does the same motion, in place of our body; null for our body again.
+   *  @param {Character | null} character */
+  wear(character) {
+    this.character?.dispose();
+    this.character = null;
+    character?.upload(this.gl, this.changed);
+    this.character = character;
+  }
+
   /** Puts everything on the card again after the card was lost. @param {Gl} gl */
   upload(gl) {
     this.gl = gl;
     this.meshes = this.#meshes();
     this.lines = this.#lines();
     this.picture = Picture.of(gl, this.pack, this.changed);
+    this.character?.upload(gl, this.changed);
   }
 
   #meshes() {
@@ -75,17 +88,21 @@ export class Actor {
       thing?.dispose();
     }
     this.picture?.dispose();
+    this.character?.dispose();
   }
 
   /** What to draw at a second.
    *  @param {number} time @param {Layers} layers @param {Theme} theme @param {boolean} inPhone */
   act(time, layers, theme, inPhone) {
-    const now = this.motion.at(time);
+    const now = this.#now(time);
     /** @type {Solid[]} */
     const solids = [];
     /** @param {Mesh | null} mesh @param {Look} look */
     const put = (mesh, look) => mesh && solids.push({ mesh, sheen: theme.sheen, ...look });
-    if (layers.body && now.bones) {
+    if (layers.body && this.character) {
+      const { sheen } = theme;
+      solids.push(...this.character.at(time).map((solid) => ({ ...solid, sheen, casts: true })));
+    } else if (layers.body && now.bones) {
       put(this.meshes.body, { bones: now.bones, color: this.tint.body, casts: true });
     }
     if (layers.object && now.object) {
@@ -99,6 +116,13 @@ export class Actor {
     if (layers.contacts) this.#touch(now).forEach((look) => put(this.meshes.ball, look));
     this.marks.forEach((at) => put(this.meshes.ball, this.#marked(now, at)));
     return { solids, strokes: this.#strokes(now, layers, inPhone) };
+  }
+
+  // Palms are those of our body: a character's may be elsewhere.
+  /** @param {number} time @returns {Moment} */
+  #now(time) {
+    const now = this.motion.at(time);
+    return this.character ? { ...now, palms: [], held: [] } : now;
   }
 
   #body() {

@@ -111,6 +111,38 @@ export class Mesh {
   }
 }
 
+/** The unit of the card on which the bones lie. */
+export const BONES_UNIT = 2;
+
+/** How joints bend a surface: three rows of a matrix each, of as many joints as a texture is high. */
+export class Bones {
+  /** @param {Gl} gl */
+  constructor(gl) {
+    this.gl = gl;
+    this.texture = gl.createTexture();
+    this.#bind();
+    for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) {
+      gl.texParameteri(gl.TEXTURE_2D, side, gl.NEAREST);
+    }
+  }
+
+  /** @param {Float32Array} rows twelve numbers a joint */
+  set(rows) {
+    const { gl } = this;
+    this.#bind();
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, 3, rows.length / 12, 0, gl.RGBA, gl.FLOAT, rows);
+  }
+
+  dispose() {
+    this.gl.deleteTexture(this.texture);
+  }
+
+  #bind() {
+    this.gl.activeTexture(this.gl.TEXTURE0 + BONES_UNIT);
+    this.gl.bindTexture(this.gl.TEXTURE_2D, this.texture);
+  }
+}
+
 const PIECE = 10;
 
 export class Lines {

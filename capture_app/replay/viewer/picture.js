@@ -41,7 +41,7 @@ export class Picture {
   /** @param {Blob} file */
   async #decode(file) {
     const { gl } = this;
-    const image = await createImageBitmap(file);
+    const image = await createImageBitmap(file, { premultiplyAlpha: "none" });
     if (!this.texture) return; // it was disposed of meanwhile
     this.bind();
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, gl.RGBA, gl.UNSIGNED_BYTE, image);

@@ -43,12 +43,12 @@ const HEAD = "#version 300 es\nprecision highp float;\n";
 const SKIN = `
 layout(location = 2) in vec4 joints;
 layout(location = 3) in vec4 weights;
-uniform vec4 bones[156];
+layout(location = 4) in vec2 uv;
+uniform highp sampler2D bones; // a row for each: the three rows of its matrix
 mat4 model() {
   vec4 rows[3] = vec4[](vec4(0), vec4(0), vec4(0));
   for (int k = 0; k < 4; k++) {
-    int j = 3 * int(joints[k]);
-    for (int r = 0; r < 3; r++) rows[r] += weights[k] * bones[j + r];
+    for (int r = 0; r < 3; r++) rows[r] += weights[k] * texelFetch(bones, ivec2(r, int(joints[k])), 0);
   }
   return transpose(mat4(rows[0], rows[1], rows[2], vec4(0, 0, 0, dot(weights, vec4(1.0)))));
 }`;
@@ -58,8 +58,8 @@ layout(location = 2) in vec2 uv;
 uniform mat4 place;
 mat4 model() { return place; }`;
 
-/** @param {string} model @param {string} onPicture where a vertex lies on the surface's picture */
-const meshVertex = (model, onPicture = "vec2(0)") => `${HEAD}
+/** @param {string} model */
+const meshVertex = (model) => `${HEAD}
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 ${model}
@@ -68,7 +68,7 @@ out vec3 at;
 out vec3 up;
 out vec2 spot;
 void main() {
-  spot = ${onPicture};
+  spot = uv;
   mat4 m = model();
   vec4 world = m * vec4(position, 1.0);
   at = world.xyz / world.w;
@@ -77,14 +77,14 @@ void main() {
 }`;
 
 export const SKINNED_VERTEX = meshVertex(SKIN);
-export const RIGID_VERTEX = meshVertex(RIGID, "uv");
+export const RIGID_VERTEX = meshVertex(RIGID);
 
 export const MESH_FRAGMENT = `${HEAD}
 in vec3 at;
 in vec3 up;
 in vec2 spot;
 uniform vec3 color, eye;
-uniform float sheen, painted;
+uniform float sheen, painted, cutoff;
 uniform sampler2D picture;
 ${LIGHT}
 out vec4 pixel;
@@ -93,7 +93,9 @@ void main() {
   vec3 back = normalize(eye - at);
   if (dot(n, back) < 0.0 && !gl_FrontFacing) n = -n;
   float rim = pow(1.0 - max(dot(n, back), 0.0), 3.0);
-  vec3 own = mix(color, texture(picture, spot).rgb, painted);
+  vec4 paint = texture(picture, spot);
+  if (painted * (cutoff - paint.a) > 0.0) discard;
+  vec3 own = mix(color, paint.rgb, painted);
   pixel = vec4(own * light(at, n) + sheen * rim * (0.4 + 0.6 * n.z), 1.0);
 }`;
 

@@ -1,6 +1,6 @@
 // Draws: the shadow first, then floor, surfaces and lines of each pane.
 
-import { Mesh, Program } from "./gpu.js";
+import { Bones, BONES_UNIT, Mesh, Program } from "./gpu.js";
 import { UNIT } from "./picture.js";
 import * as shaders from "./shaders.js";
 /** @import {Lines} from "./gpu.js"
@@ -15,7 +15,7 @@ const FLOOR_SIDES = 48;
 
 /** A surface to draw: where it is (`place`) or how it is bent (`bones`), and its looks.
  *  @typedef {{mesh: Mesh, place?: Float32Array, bones?: Float32Array, color: number[], sheen: number,
- *    casts?: boolean, picture?: Picture | null}} Solid */
+ *    casts?: boolean, picture?: Picture | null, cutoff?: number}} Solid */
 /** @typedef {{lines: Lines, count?: number, width: number}} Stroke */
 /** What one slot shows. @typedef {{solids: Solid[], strokes: Stroke[]}} Scene */
 /** @typedef {{x: number, y: number, width: number, height: number}} Box */
@@ -37,8 +37,10 @@ export class Stage {
       line: new Program(gl, shaders.LINE_VERTEX, shaders.LINE_FRAGMENT),
     };
     Object.values(this.programs).forEach((program) => program.check());
-    const { skinned, rigid } = this.programs;
+    const { skinned, rigid, skinnedDepth } = this.programs;
     for (const program of [skinned, rigid]) program.unit("picture", UNIT);
+    for (const program of [skinned, skinnedDepth]) program.unit("bones", BONES_UNIT);
+    this.bones = new Bones(gl);
     this.floor = disc(gl);
     this.shadow = gl.createTexture();
     this.target = gl.createFramebuffer();
@@ -73,6 +75,7 @@ export class Stage {
   dispose() {
     Object.values(this.programs).forEach(({ handle }) => this.gl.deleteProgram(handle));
     this.floor.dispose();
+    this.bones.dispose();
     this.gl.deleteTexture(this.shadow);
     this.gl.deleteFramebuffer(this.target);
   }
@@ -149,8 +152,8 @@ export class Stage {
   /** @param {Solid[]} solids @param {Program} skinned @param {Program} rigid
    *  @param {Uniforms} shared */
   #drawSolids(solids, skinned, rigid, shared) {
-    draw(skinned, solids.filter((solid) => solid.bones), shared);
-    draw(rigid, solids.filter((solid) => !solid.bones), shared);
+    draw(skinned, solids.filter((solid) => solid.bones), shared, this.bones);
+    draw(rigid, solids.filter((solid) => !solid.bones), shared, this.bones);
   }
 
   /** @param {Stroke[]} strokes @param {Float32Array} viewProjection @param {Box} pane @param {number} ratio */
@@ -172,14 +175,17 @@ export class Stage {
   }
 }
 
-/** @param {Program} program @param {Solid[]} solids @param {Uniforms} shared */
-function draw(program, solids, shared) {
+/** @param {Program} program @param {Solid[]} solids @param {Uniforms} shared @param {Bones} bent */
+function draw(program, solids, shared, bent) {
   if (!solids.length) return;
   program.use(shared);
-  for (const { mesh, bones, place, color, sheen, picture } of solids) {
+  let last = null;
+  for (const { mesh, bones, place, color, sheen, picture, cutoff = 0 } of solids) {
     const painted = picture?.ready ? 1 : 0;
     picture?.bind();
-    program.set({ ...(bones && { bones }), ...(place && { place }), color, sheen, painted });
+    if (bones && bones !== last) bent.set(bones);
+    last = bones;
+    program.set({ ...(place && { place }), color, sheen, painted, cutoff });
     mesh.draw();
   }
 }

@@ -13,7 +13,8 @@ import { playedOn } from "./playback.js";
 import { Stage } from "./stage.js";
 import { Surface } from "./surface.js";
 import { multiply, point, rigidInverse } from "./vectors.js";
-/** @import {Pack, Segment} from "./pack.js" @import {Pane} from "./panes.js" @import {Picked} from "./pick.js" */
+/** @import {Character} from "./character.js" @import {Pack, Segment} from "./pack.js"
+ *  @import {Pane} from "./panes.js" @import {Picked} from "./pick.js" */
 
 const LAYERS = ["body", "object", "phone", "path", "contacts", "trail", "grid", "shadow"];
 
@@ -97,6 +98,13 @@ export class Viewer extends EventTarget {
     motion.sample = actor.motion.sample;
     Object.assign(actor, { pack, motion });
     this.#tell("unloaded", { slot });
+    this.#change();
+  }
+
+  /** Show a character in place of our body in a slot; null for our body again.
+   *  @param {number} slot @param {Character | null} character */
+  wear(slot, character) {
+    this.#actor(slot).wear(character);
     this.#change();
   }
 

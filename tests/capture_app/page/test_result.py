@@ -1,11 +1,14 @@
 """A motion: looked at, its contacts corrected, compared, taken to other programs."""
 
+import io
 import json
 import re
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from PIL import Image
 from playwright.sync_api import expect
 
 from benchmarks.characters import WrittenGlb
@@ -95,13 +98,22 @@ def test_export_is_made_and_downloaded(result_page):
     assert any(line.startswith("Frame Time: 0.0166") for line in lines)
 
 
+def _magenta(page) -> np.ndarray:
+    """(height, width) where the picture is as magenta as the character."""
+    buffer = io.BytesIO(page.locator(".stage-frame canvas").screenshot())
+    red, green, blue = np.array(Image.open(buffer).convert("RGB"), int).transpose(2, 0, 1)
+    return np.minimum(red, blue) - green > 60
+
+
 def test_a_character_of_ones_own_is_dropped_and_comes_back_moving(result_page, tmp_path):
     page, rig = result_page, make_rig(KINDS["unreal"])
     page.get_by_label("Format").select_option("glb")
     page.get_by_text("Options", exact=True).click()
-    choose(page, "Drop your own character here", write_rig(rig, tmp_path / "hero.glb"))
-    expect(page.get_by_label("Your own character")).not_to_have_value("", timeout=60_000)
-    page.get_by_role("button", name="Make the file").click()
+    hero = write_rig(rig, tmp_path / "hero.glb", color=(0.7, 0.02, 0.7))
+    # What the phone filmed is of every colour.
+    page.locator(".stage-film").evaluate("film => film.remove()")
+    assert not _magenta(page).any()
+    choose(page, "Drop your own character here", hero)
     link = page.get_by_role("status").get_by_role("link").first
     expect(link).to_be_visible(timeout=120_000)
     with page.expect_download() as taken:
@@ -110,6 +122,24 @@ def test_a_character_of_ones_own_is_dropped_and_comes_back_moving(result_page, t
     assert made.scene["nodes"][made.names["shoes"]]["skin"] == 0
     pelvis = made.names[rig.names[rig.joints["pelvis"]]]
     assert np.ptp(made.world(pelvis, moved=True)[:, :3, 3], axis=0).max() > 0.2
+    person = page.locator(".stage-bar").get_by_label(re.compile("^PersonCharacter"))
+    expect(person).to_be_visible()
+    first = _magenta(page)
+    assert first.sum() > 1000
+    page.get_by_role("slider", name="Time").focus()
+    page.keyboard.press("End")
+    assert (_magenta(page) != first).sum() > 200
+    person.select_option("Our body")
+    assert not _magenta(page).any()
+
+
+def test_a_character_that_cannot_be_shown_is_told_in_a_sentence(result_page, tmp_path):
+    page, rig = result_page, make_rig(KINDS["mixamo"])
+    unnamed = replace(rig, names=tuple(f"bone {k}" for k in range(len(rig.names))))
+    page.get_by_text("Options", exact=True).click()
+    choose(page, "Drop your own character here", write_rig(unnamed, tmp_path / "odd.glb"))
+    expect(page.get_by_role("alert").or_(page.locator(".trouble")).first).to_contain_text("bone")
+    expect(page.locator(".stage-bar").get_by_label(re.compile("^PersonCharacter"))).to_be_hidden()
 
 
 def test_fbx_is_offered_only_where_there_is_a_blender(tabs, server, motion):

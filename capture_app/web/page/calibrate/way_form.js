@@ -72,7 +72,9 @@ function fieldsOf(way, context) {
     matrix: ({ title, hint }) => matrixField(`${title}: four rows of four numbers, metres`, hint),
     stored: (one) => choice(one.title, stored(one).map((/** @type {Item} */ { id, name }) => [id, name])),
     brought: (one) =>
-      broughtAs(one, stored(one), signal, (id, stop) => looked({ of: one.look, id, board: board.read() }, stop)),
+      broughtAs(one, stored(one), signal, {
+        look: (id, stop) => looked({ of: one.look, id, board: board.read() }, stop),
+      }),
   };
   const own = described.filter(({ kind }) => kind in kinds).map((one) => [one.name, kinds[one.kind](one)]);
   /** @type {Record<string, WayField>} */

@@ -16,11 +16,11 @@ import { trouble } from "./trouble.js";
  *    changed?: (id: string) => void}} Asked */
 
 /** A field of a form that the API describes so. @param {Described} one @param {Item[]} items
- *  @param {AbortSignal} signal @param {Look | null} look */
-export function broughtAs({ title, shelves: [kind], drop, accept, look: looks }, items, signal, look = null) {
+ *  @param {AbortSignal} signal @param {Pick<Asked, "look" | "changed">} more */
+export function broughtAs({ title, shelves: [kind], drop, accept, look: looks }, items, signal, more = {}) {
   const [head, text] = drop;
   const area = { title: head, text, accept: accept || undefined, folder: !accept };
-  return brought({ label: title, kind, items, signal, look: looks ? look : null, ...area });
+  return brought({ label: title, kind, items, signal, ...more, look: looks ? more.look : null, ...area });
 }
 
 /** kind: of the upload; items: those that are stored, of any kinds; `title`, `text`, `accept` and

@@ -2,7 +2,8 @@
 import { bytes, inWords } from "../core/api.js";
 import { box, h, hintLine, put } from "../core/dom.js";
 import { trouble } from "./trouble.js";
-/** @import {Film} from "/static/viewer/film.js"
+/** @import {Character} from "/static/viewer/character.js"
+ *  @import {Film} from "/static/viewer/film.js"
  *  @import {Pack} from "/static/viewer/pack.js"
  *  @import {Timeline} from "/static/viewer/timeline.js"
  *  @import {Viewer} from "/static/viewer/viewer.js" */
@@ -27,6 +28,8 @@ export class Stage extends EventTarget {
   film = null;
   /** @type {Owner | null} */
   picker = null;
+  /** A character of the visitor's, and the sample whose motion it does. @type {{character: Character, sample: number} | null} */
+  own = null;
   /** Whether the camera has been put where it shows most; from then on it is the user's. */
   aimed = false;
 
@@ -60,6 +63,13 @@ export class Stage extends EventTarget {
     this.frame = box("stage-frame", this.canvas, this.names, this.picture, this.message);
     this.side = box("stage-side");
     this.bar = box("stage-bar");
+    this.person = h(
+      "select",
+      { on: { change: () => this.dress() } },
+      h("option", { value: "own" }, "Character"),
+      h("option", { value: "" }, "Our body"),
+    );
+    this.who = h("label", { class: "inline", hidden: true }, h("span", {}, "Person"), this.person);
     this.tracks = box("stage-tracks");
     this.node = h(
       "div",
@@ -98,7 +108,8 @@ export class Stage extends EventTarget {
     if (!this.controls) return viewer;
     viewer.addEventListener("time", () => this.tick(viewer));
     viewer.addEventListener("stretch", () => this.tick(viewer));
-    put(this.bar, stageControls(viewer, this.node, this.signal));
+    const controls = stageControls(viewer, this.node, this.signal);
+    put(this.bar, controls.slice(0, -1), this.who, controls.slice(-1));
     return viewer;
   }
 
@@ -110,6 +121,7 @@ export class Stage extends EventTarget {
       await viewer.load(pack, { slot, sample: scenes[slot].sample });
     }
     if (this.signal.aborted) return;
+    this.dress();
     const motion = !this.aimed && Boolean(viewer.pack(0)?.array("root"));
     if (motion) viewer.camera("follow");
     this.aimed = true;
@@ -133,8 +145,33 @@ export class Stage extends EventTarget {
     else viewer.unload(1);
   }
 
-  /** The scene that is shown, with another motion. @param {Pack} pack */
+  /** Show a character where a sample is shown alone. @param {ArrayBuffer} glb with that sample's motion
+   *  @param {number} sample */
+  async wear(glb, sample) {
+    const { Character } = await import("/static/viewer/character.js");
+    this.own = { character: new Character(glb), sample };
+    this.person.value = "own";
+    try {
+      this.dress();
+    } catch (error) {
+      this.own = null;
+      this.dress();
+      throw error;
+    }
+  }
+
+  /** The person as it is chosen: the character, which does the motion of one sample, or our body. */
+  dress() {
+    const [scene] = this.scenes;
+    const fits = this.own !== null && this.scenes.length === 1 && this.own.sample === (scene.sample ?? 0);
+    this.who.hidden = !fits;
+    if (this.scenes.length) this.viewer?.wear(0, fits && this.person.value ? this.own?.character ?? null : null);
+  }
+
+  /** The scene that is shown, with another motion, which is not the character's. @param {Pack} pack */
   revise(pack) {
+    this.own = null;
+    this.dress();
     this.viewer?.revise(0, pack);
     for (const timeline of this.timelines) timeline.pack = pack;
     this.dispatchEvent(new Event("revised"));

@@ -83,7 +83,7 @@ export async function result({ params, signal }) {
       contactEditor(item, stage, choices.forms.resolve),
     ),
     knownPerson(item, stage, choices.forms.run),
-    box("grid", use(item, choices, materials, which, { sample, signal }), share(shared), words(item, stage)),
+    box("grid", use(item, choices, materials, which, { sample, signal, stage }), share(shared), words(item, stage)),
     resultVideo(item, signal),
     moreVideos(item, { choices, guide, videos, sessions, sample, stage, signal }),
     making(item),
@@ -127,8 +127,8 @@ function origin(item, parent) {
 
 /** `which`: says of which sample a file is.
  *  @param {Result} item @param {Choices} choices @param {Item[]} materials @param {HTMLElement} which
- *  @param {{sample: () => number, signal: AbortSignal}} shown */
-function use(item, choices, materials, which, { sample, signal }) {
+ *  @param {{sample: () => number, signal: AbortSignal, stage: Stage}} shown */
+function use(item, choices, materials, which, { sample, signal, stage }) {
   const files = h("div");
   /** @param {Made[]} all */
   const list = (all) => put(files, fileList(all));
@@ -141,7 +141,7 @@ function use(item, choices, materials, which, { sample, signal }) {
   return card(
     "Use it",
     which,
-    exportForm(item, choices, materials, { sample, signal, made: refresh }),
+    exportForm(item, choices, materials, { sample, signal, stage, made: refresh }),
     folded("All files", files),
   );
 }
