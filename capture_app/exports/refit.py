@@ -1,7 +1,7 @@
 """A motion on another skeleton: proportions fitted, rotations carried over, feet where they were.
 
 The object is not scaled and stays where it is, so the person keeps their place on the floor; the hips are
-as high as the legs are long, and are moved where arms or legs would not reach.
+as high as the legs are long. Where arms or legs would not reach, hips and footholds move (footholds.py).
 
 At rest ours is a T-pose; theirs may hold arms and legs otherwise. Limbs are turned to our rest
 directions, the trunk keeps their shape (and feet their pitch: they stand flat in both). Only SMPL-X has a
@@ -15,14 +15,13 @@ from itertools import pairwise
 import numpy as np
 import torch
 from jaxtyping import Bool, Float, Int
-from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from capture_app.exports.bones import global_rotations, skin_of
 from capture_app.exports.contact_spans import contact_spans
 from capture_app.exports.exported_take import Y_UP, Take, pose, rest_locals
+from capture_app.exports.footholds import HIPS, Goals, leg_length, within_reach
 from capture_app.exports.resample import ANKLES, ARMS, LEGS, TOES, Sampled, solved
 from capture_app.exports.target_skeleton import Target
-from omomo_core.body.body_config import LIMB
 from omomo_core.body.kinematics import (
     COLLARS,
     full_kinematics,
@@ -178,12 +177,8 @@ def _own_length(rest: Float[np.ndarray, "52 3"], *parts: str) -> float:
     return _length({f"left_{p}": rest[joint(f"left_{p}")] for p in parts}, *parts)
 
 
-_HIPS, _SHOULDERS = (1, 2), (16, 17)
 _BLEND = 8 / FPS
 """Seconds over which a hand goes from its own way onto the object and back."""
-_WITHIN = LIMB.stretch
-"""Share of a straight limb's length that the hips are moved to stay within."""
-_ROUNDS = 10
 _TOLD = 0.01
 """Metres by which a hand or foot may be off without a note."""
 
@@ -245,9 +240,10 @@ def refit(
     ankles = _ankles(human, body, fitted, turned, toe_height)
     palms = human.joints[:, 22:].astype(np.float64)
     hold = _hold(human.hand_contact > 0.5, sampled.fps)
-    root = _within_reach(
-        fitted, _scaled_root(human, body, fitted, turned), turned, ankles, palms, hold
-    )
+    stands = (human.foot_contact[:, :2] > 0.5) | (human.foot_contact[:, 2:] > 0.5)
+    start = _scaled_root(human, body, fitted, turned)
+    goals = Goals(ankles, stands, palms, hold)
+    root, ankles = within_reach(fitted, start, turned, goals, sampled.fps)
     for side in range(2):
         turned = solved(fitted, root, turned, LEGS[side], ankles[:, side])
         turned = solved(fitted, root, turned, ARMS[side], palms[:, side], hold[:, side])
@@ -302,18 +298,10 @@ def _ankles(
 
 def _scaled_root(human: HumanMotion, body: BodyModel, fitted: BodyModel, R: _Turns) -> _Points:
     """The pelvis with the hips over the same place, as high as the legs are longer."""
-    ours, theirs = (b.rest_joints.double().numpy() for b in (body, fitted))
-    middle = human.joints[:, _HIPS].mean(axis=1).astype(np.float64)
-    middle[:, 2] *= _leg(theirs) / _leg(ours)
-    return middle - R[:, 0] @ (theirs[list(_HIPS)].mean(axis=0) - theirs[0])
-
-
-def _leg(rest: Float[np.ndarray, "52 3"]) -> float:
-    return _limb(rest, 1, 4, 7)
-
-
-def _limb(rest: Float[np.ndarray, "52 3"], *chain: int) -> float:
-    return float(np.linalg.norm(np.diff(rest[list(chain)], axis=0), axis=1).sum())
+    rest = fitted.rest_joints.double().numpy()
+    middle = human.joints[:, HIPS].mean(axis=1).astype(np.float64)
+    middle[:, 2] *= leg_length(fitted) / leg_length(body)
+    return middle - R[:, 0] @ (rest[list(HIPS)].mean(axis=0) - rest[0])
 
 
 def _hold(contact: Bool[np.ndarray, "frames 2"], fps: float) -> Float[np.ndarray, "frames 2"]:
@@ -325,46 +313,6 @@ def _hold(contact: Bool[np.ndarray, "frames 2"], fps: float) -> Float[np.ndarray
             near = np.maximum(start - frames, frames - (stop - 1)).clip(min=0)
             away[:, side] = np.minimum(away[:, side], near)
     return min_jerk(1.0 - away / (_BLEND * fps))
-
-
-def _within_reach(
-    body: BodyModel,
-    root: _Points,
-    R: _Turns,
-    ankles: Float[np.ndarray, "frames 2 3"],
-    palms: Float[np.ndarray, "frames 2 3"],
-    hold: Float[np.ndarray, "frames 2"],
-) -> _Points:
-    """Move the hips smoothly towards what the hands hold, then down to where the feet are reached."""
-    rest = body.rest_joints.double().numpy()
-    for _ in range(_ROUNDS):
-        joints, move = joints_of(body, root, R), np.zeros_like(root)
-        for side in range(2):
-            shoulder, wrist = _SHOULDERS[side], _SHOULDERS[side] + 4
-            length = _limb(rest, shoulder, shoulder + 2, wrist)
-            goal = palms[:, side] - (joints[:, 22 + side] - joints[:, wrist])
-            way = goal - joints[:, shoulder]
-            far = np.linalg.norm(way, axis=1)
-            excess = (far - _WITHIN * length).clip(min=0) * hold[:, side]
-            move += 0.7 * (excess / far.clip(min=1e-6))[:, None] * way
-        root = root + gaussian_filter1d(move, 3.0, axis=0, mode="nearest")
-    return root - _drop(body, root, R, ankles)[:, None] * [0.0, 0.0, 1.0]
-
-
-def _drop(
-    body: BodyModel, root: _Points, R: _Turns, ankles: Float[np.ndarray, "frames 2 3"]
-) -> Float[np.ndarray, " frames"]:
-    """Return how much lower the hips must be for both legs to reach."""
-    rest, need = body.rest_joints.double().numpy(), np.zeros(len(root))
-    joints = joints_of(body, root, R)
-    for side, hip in enumerate(_HIPS):
-        way = joints[:, hip] - ankles[:, side]
-        across = np.linalg.norm(way[:, :2], axis=1)
-        high = np.sqrt(((_WITHIN * _leg(rest)) ** 2 - across**2).clip(min=0.0))
-        need = np.maximum(need, way[:, 2] - high)
-    # The largest need of the neighbourhood, then smoothed: never less than the need itself.
-    near = maximum_filter1d(need, 13, mode="nearest")
-    return gaussian_filter1d(near, 2.0, truncate=3.0, mode="nearest")
 
 
 def _notes(

@@ -132,7 +132,7 @@ def _start_export(request: ExportRequest, attempt: Attempt) -> FileJob:
         attempt.progress("export", 1.0)
         for note in written.notes:
             attempt.say(note)
-        attempt.tell({"files": [path.name for path in written.files]})
+        attempt.tell({"files": [path.name for path in written.files], "notes": list(written.notes)})
 
     made = [request.output, object_file(request.output), contacts_file(request.output)]
     return FileJob("export", write, made)

@@ -106,7 +106,7 @@ def _magenta(page) -> np.ndarray:
 
 
 def test_a_character_of_ones_own_is_dropped_and_comes_back_moving(result_page, tmp_path):
-    page, rig = result_page, make_rig(KINDS["unreal"])
+    page, rig = result_page, make_rig(replace(KINDS["unreal"], size=0.5))
     page.get_by_label("Format").select_option("glb")
     page.get_by_text("Options", exact=True).click()
     hero = write_rig(rig, tmp_path / "hero.glb", color=(0.7, 0.02, 0.7))
@@ -116,6 +116,7 @@ def test_a_character_of_ones_own_is_dropped_and_comes_back_moving(result_page, t
     choose(page, "Drop your own character here", hero)
     link = page.get_by_role("status").get_by_role("link").first
     expect(link).to_be_visible(timeout=120_000)
+    expect(page.get_by_role("status").locator(".note")).to_contain_text("does not reach everywhere")
     with page.expect_download() as taken:
         link.click()
     made = WrittenGlb(taken.value.path(), 30)
@@ -125,10 +126,10 @@ def test_a_character_of_ones_own_is_dropped_and_comes_back_moving(result_page, t
     person = page.locator(".stage-bar").get_by_label(re.compile("^PersonCharacter"))
     expect(person).to_be_visible()
     first = _magenta(page)
-    assert first.sum() > 1000
+    assert first.sum() > 200
     page.get_by_role("slider", name="Time").focus()
     page.keyboard.press("End")
-    assert (_magenta(page) != first).sum() > 200
+    assert (_magenta(page) != first).sum() > 100
     person.select_option("Our body")
     assert not _magenta(page).any()
 

@@ -27,7 +27,7 @@
  *    id: string, kind: string, name: string, state: string, stage: string, fraction: number,
  *    log: string[], timings: Record<string, number>, options: {video_size?: number[] | null},
  *    error: Problem | null, started: string | null, ended: string | null, waits?: string,
- *    made?: string | null, result?: string | null, files?: Made[],
+ *    made?: string | null, result?: string | null, files?: Made[], summary: {notes?: string[]},
  *  }} Job */
 /** @typedef {"ok" | "warn" | "bad"} Severity */
 /** @typedef {{name: string, severity: Severity, message: string, fix: string,

@@ -1,6 +1,6 @@
 // The motion for another program.
 import { ApiError, api, bytes } from "../core/api.js";
-import { announce, folded, h, inRow, put, say } from "../core/dom.js";
+import { announce, box, folded, h, inRow, put, say } from "../core/dom.js";
 import { poll } from "../core/poll.js";
 import { ended } from "../core/words.js";
 import { broughtAs } from "./brought.js";
@@ -36,7 +36,7 @@ export function exportForm(item, choices, materials, { sample, signal, stage, ma
   };
   to.input.addEventListener("change", narrow);
   narrow();
-  const status = h("p", { class: "hint", role: "status" });
+  const status = h("div", { class: "stack hint", role: "status" });
   const problem = h("div");
   const button = h("button", { type: "submit", class: "main" }, "Make the file");
   const order = () => ({ kind: "export", result: item.id, ...saidIn({ to, skeleton, ...more }), sample: sample() });
@@ -70,7 +70,9 @@ async function carryOut(order, { status, problem, signal, stage, made }) {
     put(problem, trouble(job.error ?? { what: "The export was cancelled." }));
     return;
   }
-  put(status, "Here it is: ", fileList(job.files ?? []));
+  const notes = job.summary.notes ?? [];
+  const warned = notes.length > 0 && box("note", notes.map((note) => h("p", {}, note)));
+  put(status, "Here it is: ", fileList(job.files ?? []), warned);
   announce("The file is written.");
   await made();
   const [file] = job.files ?? [];

@@ -1,0 +1,188 @@
+"""Hips and footholds from which a character's legs reach the floor and its arms the object.
+
+Each limb reaches while the hips are within a ball around a point, and a foothold moves as a whole while
+its foot stands. So the hips and footholds of the least overstretch are those of a convex problem, and
+no foot that stands slides. A foot in the air passes from the shift of one foothold to that of the next.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from jaxtyping import Bool, Float, Int
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+from torch import Tensor
+
+from omomo_core.body.body_config import LIMB
+from omomo_core.body.kinematics import joints_of
+from omomo_core.body.model import BodyModel
+from omomo_core.geometry.runs import min_jerk, runs
+
+HIPS, _SHOULDERS = (1, 2), (16, 17)
+_ARM, _LEG = 1e4, 1e5
+"""Costs of the squared overstretch of a limb, 1/m2. Where both cannot reach, arms fall short first."""
+_HASTE = 3e-3
+"""Cost of the squared acceleration of the hips' shift, s4/m2."""
+_AWAY = 0.1
+"""Cost of the squared shift of the hips, 1/m2."""
+_BESIDE = 1.0
+"""Cost of the squared shift of a foot beside that of the hips, 1/m2: strides keep their shape."""
+_FOLDED = 0.2
+"""Share of a leg's length below which hips do not sink towards an ankle."""
+_ITERATIONS = 400
+
+_Points = Float[np.ndarray, "frames 3"]
+_Pairs = Float[np.ndarray, "frames 2 3"]
+
+
+@dataclass(frozen=True)
+class Goals:
+    """What the limbs of a body shall reach, left and right; world, metres."""
+
+    ankles: _Pairs
+    stands: Bool[np.ndarray, "frames 2"]
+    palms: _Pairs
+    hold: Float[np.ndarray, "frames 2"]
+    """How much a palm shall be there, from 0 to 1."""
+
+
+def limb_length(body: BodyModel, *chain: int) -> float:
+    """Return the length of a chain of joints, metres."""
+    rest = body.rest_joints[list(chain)].double()
+    return float(rest.diff(dim=0).norm(dim=1).sum())
+
+
+def leg_length(body: BodyModel) -> float:
+    """Return the length of a leg from hip to ankle, metres."""
+    return limb_length(body, 1, 4, 7)
+
+
+def within_reach(
+    body: BodyModel,
+    root: _Points,
+    R: Float[np.ndarray, "frames 22 3 3"],
+    goals: Goals,
+    fps: float,
+) -> tuple[_Points, _Pairs]:
+    """Move hips and footholds as little and as smoothly as limbs need that are too short.
+
+    Args:
+        body: whose limbs.
+        root: pelvis, world, metres.
+        R: global rotations of the body joints, which stay.
+        goals: for its limbs.
+        fps: frames a second.
+
+    Returns:
+        The pelvis, from where legs that stand reach, and the ankles.
+    """
+    joints = joints_of(body, root, R)
+    carried = goals.palms - joints[:, 22:24] + joints[:, 20:22]
+    problem = _Problem(
+        root=torch.from_numpy(root),
+        arms=torch.from_numpy(root[:, None] + carried - joints[:, _SHOULDERS]),
+        legs=torch.from_numpy(root[:, None] + goals.ankles - joints[:, HIPS]),
+        hold=torch.from_numpy(goals.hold),
+        stands=torch.from_numpy(goals.stands),
+        lengths=(limb_length(body, 16, 18, 20), leg_length(body)),
+        fps=fps,
+    )
+    moves, shifts = _least_stretch(problem, _passages(goals.stands))
+    ankles = goals.ankles + np.pad(shifts, ((0, 0), (0, 0), (0, 1)))
+    root = root + moves
+    way = joints_of(body, root, R)[:, HIPS] - ankles
+    return root - _drop(body, way, goals.stands)[:, None] * [0.0, 0.0, 1.0], ankles
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """What hips and footholds are to fit."""
+
+    root: Float[Tensor, "frames 3"]
+    """The pelvis as it was."""
+    arms: Float[Tensor, "frames 2 3"]
+    """Where the pelvis would be with arms of no length."""
+    legs: Float[Tensor, "frames 2 3"]
+    """Where it would be with legs of no length."""
+    hold: Float[Tensor, "frames 2"]
+    stands: Bool[Tensor, "frames 2"]
+    lengths: tuple[float, float]
+    """Of an arm and a leg, metres."""
+    fps: float
+
+    def cost(
+        self, moves: Float[Tensor, "frames 3"], shifts: Float[Tensor, "frames 2 2"]
+    ) -> Float[Tensor, ""]:
+        """Return the cost of shifts of the pelvis, and of the ankles over the floor."""
+        root = (self.root + moves)[:, None]
+        legs = self.legs + torch.nn.functional.pad(shifts, (0, 1))
+        lowest = torch.minimum(self.root[:, None, 2], legs[..., 2] + _FOLDED * self.lengths[1])
+        parts = (
+            (_ARM, _overstretch(root - self.arms, self.lengths[0]) * self.hold),
+            (_LEG, _overstretch(root - legs, self.lengths[1]) * self.stands),
+            (_LEG, (lowest - root[..., 2]).clamp(min=0.0)),
+            (_HASTE, moves.diff(n=2, dim=0) * self.fps**2),
+            (_AWAY, moves),
+            (_BESIDE, shifts - moves[:, None, :2]),
+        )
+        return torch.stack([cost * part.square().sum() for cost, part in parts]).sum() / self.fps
+
+
+_Passages = tuple[Int[Tensor, "frames 2"], Int[Tensor, "frames 2"], Float[Tensor, "frames 2 1"]]
+
+
+def _least_stretch(
+    problem: _Problem, passages: _Passages
+) -> tuple[_Points, Float[np.ndarray, "frames 2 2"]]:
+    """Return the shifts of the pelvis, and of the ankles over the floor, that cost least."""
+    before, after, share = passages
+    moves = torch.zeros_like(problem.root, requires_grad=True)
+    places = moves.new_zeros(int(after.max()) + 1, 2).requires_grad_()
+    solver = torch.optim.LBFGS(
+        [moves, places], max_iter=_ITERATIONS, history_size=20, tolerance_grad=1e-9,
+        tolerance_change=1e-12, line_search_fn="strong_wolfe",
+    )  # fmt: skip
+
+    def shifts() -> Float[Tensor, "frames 2 2"]:
+        return torch.lerp(places[before], places[after], share)
+
+    def cost() -> Tensor:
+        solver.zero_grad()
+        total = problem.cost(moves, shifts())
+        total.backward()
+        return total
+
+    solver.step(cost)
+    return moves.detach().numpy(), shifts().detach().numpy()
+
+
+def _overstretch(way: Float[Tensor, "frames 2 3"], length: float) -> Float[Tensor, "frames 2"]:
+    return (torch.linalg.vector_norm(way, dim=-1) - LIMB.stretch * length).clamp(min=0.0)
+
+
+def _passages(stands: Bool[np.ndarray, "frames 2"]) -> _Passages:
+    """The footholds between which each foot is, and its share of the way; numbers of the right go on."""
+    along, last, first = np.zeros(stands.shape), np.zeros(stands.shape, int), 0
+    for side in range(2):
+        spans = list(runs(stands[:, side])) or [(0, len(stands))]
+        numbers = first + np.arange(len(spans))
+        ends = [frame for start, stop in spans for frame in (start, stop - 1)]
+        along[:, side] = np.interp(np.arange(len(stands)), ends, np.repeat(numbers, 2))
+        last[:, side] = numbers[-1]
+        first += len(spans)
+    before = along.astype(int)
+    share = min_jerk(along - before)[..., None]
+    after = (before + 1).clip(max=last)
+    return torch.from_numpy(before), torch.from_numpy(after), torch.from_numpy(share)
+
+
+def _drop(
+    body: BodyModel, way: _Pairs, stands: Bool[np.ndarray, "frames 2"]
+) -> Float[np.ndarray, " frames"]:
+    """Return how much lower the hips must be for legs that stand to reach; `way` is from ankle to hip."""
+    across = np.linalg.norm(way[..., :2], axis=-1)
+    high = np.sqrt(((LIMB.stretch * leg_length(body)) ** 2 - across**2).clip(min=0.0))
+    need = ((way[..., 2] - high) * stands).max(axis=1).clip(min=0.0)
+    # The largest need of the neighbourhood, then smoothed: never less than the need itself.
+    near = maximum_filter1d(need, 13, mode="nearest")
+    return gaussian_filter1d(near, 2.0, truncate=3.0, mode="nearest")
