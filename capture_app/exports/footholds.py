@@ -101,13 +101,13 @@ class _Problem:
     root: Float[Tensor, "frames 3"]
     """The pelvis as it was."""
     arms: Float[Tensor, "frames 2 3"]
-    """Where the pelvis would be with arms of no length."""
+    """Place of the pelvis at which each arm would have no length."""
     legs: Float[Tensor, "frames 2 3"]
-    """Where it would be with legs of no length."""
+    """Place of the pelvis at which each leg would have no length."""
     hold: Float[Tensor, "frames 2"]
     stands: Bool[Tensor, "frames 2"]
     lengths: tuple[float, float]
-    """Of an arm and a leg, metres."""
+    """Length of an arm and of a leg, metres."""
     fps: float
 
     def cost(

@@ -34,7 +34,7 @@ from omomo_core.generation.solving.palm_plan import (
 from omomo_core.generation.solving.solving_config import BODY_SOLVING, WRIST
 from omomo_core.generation.solving.steady_limbs import steady_limbs
 from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d
-from omomo_core.geometry.runs import min_jerk
+from omomo_core.geometry.runs import min_jerk, runs
 from omomo_core.geometry.surface import Surface
 from omomo_core.motion import HandMotion, HumanMotion
 from omomo_core.skeleton import PALM_JOINTS, joint
@@ -89,7 +89,7 @@ def lay_palms(
         holds = list(find_holds(joints[k], rotations[k].float(), held, T, field, free))
         turn = turn_palms(body, rotations[k][:, WRISTS].float(), holds, T, field)
         planned = roma.rotvec_to_rotmat(turn) @ rotations[k][:, WRISTS].float()
-        wrists = _from_prefix(planned, rotations[k][:, WRISTS].float(), free)
+        wrists = _from_fixed(planned, rotations[k][:, WRISTS].float(), free)
         at = palms[k] - (wrists @ _hands(body)[..., None])[..., 0]
         rise = raise_palms(body, at, wrists, holds, T, field)
         palms[k] += free[:, None, None] * rise
@@ -108,18 +108,24 @@ def lay_palms(
     return replace(solved, rotations=rotations, miss=torch.where(held, miss, 0.0))
 
 
-def _from_prefix(
+def _from_fixed(
     planned: Float[Tensor, "frames 2 3 3"],
-    sampled: Float[Tensor, "frames 2 3 3"],
+    present: Float[Tensor, "frames 2 3 3"],
     free: Float[Tensor, " frames"],
 ) -> Float[Tensor, "frames 2 3 3"]:
-    """Return planned rotations of wrists that begin with the fixed ones; what differs there fades out."""
-    first = int((free == 0).sum())
-    if not first:
-        return planned
-    apart = roma.rotmat_to_rotvec(planned[first - 1].mT @ sampled[first - 1])
-    fading = planned @ roma.rotvec_to_rotmat((1 - free)[:, None, None] * apart)
-    return torch.cat([sampled[:first], fading[first:]])
+    """Return planned rotations of wrists that are the present ones where frames are fixed.
+
+    What differs at the last fixed frame, or at the least free one, fades out after it about one axis.
+    """
+    out = planned.clone()
+    for start, stop in runs(free.numpy() < 1):
+        frames = np.arange(start, stop)
+        least = frames[free[start:stop].numpy() == float(free[start:stop].min())]
+        edge = least[np.abs(frames[:, None] - least).argmin(axis=1)]
+        apart = roma.rotmat_to_rotvec(planned[edge].mT @ present[edge])
+        fading = (1 - free[start:stop])[:, None, None] * apart
+        out[start:stop] = planned[start:stop] @ roma.rotvec_to_rotmat(fading)
+    return torch.where((free == 0)[:, None, None, None], present, out)
 
 
 def _hands(body: BodyModel) -> Float[Tensor, "2 3"]:
@@ -266,17 +272,38 @@ def finish_people(
     """
     frames, before = solved.root.shape[1], 0 if prefix is None else prefix.frames
     free = free_after(before, frames)
-    solved = lay_palms(body, solved, targets, segments, free)
-    out = lead_hands_out(body, solved.root, solved.rotations, targets.hold, free)
-    contact = np.stack([h.contact for h in hands])
-    # Palms that are given are at their places in every frame.
-    held = targets.hold.numpy() if (targets.hold == 1).all() else contact
-    solved = replace(solved, rotations=steady_limbs(body, solved.root, out, ARMS, held, free))
+    solved = finish_arms(body, solved, targets, hands, segments, free)
     T, planted = targets.T_world_object, foot_contact.double().numpy()
     people = assemble_people(
         body, solved, planted, hands, segments, T, object_model.obstacle, prefix
     )
     return people, solved
+
+
+def finish_arms(
+    body: BodyModel,
+    solved: SolvedBodies,
+    targets: InteractionTargets,
+    hands: Sequence[HandMotion],
+    segments: Sequence[tuple[ContactSegment, ...]],
+    free: Float[Tensor, " frames"],
+) -> SolvedBodies:
+    """Return bodies whose palms lie on what they hold, free hands outside their thighs, and no arm leaps.
+
+    Args:
+        body: whose hands.
+        solved: palms on their targets.
+        targets: what they are solved for.
+        hands: contact weights of each sample.
+        segments: what they hold.
+        free: how far each frame may be changed, from 0 to 1.
+    """
+    laid = lay_palms(body, solved, targets, segments, free)
+    out = lead_hands_out(body, laid.root, laid.rotations, targets.hold, free)
+    # Palms that are given are at their places in every frame.
+    given = bool((targets.hold == 1).all())
+    held = targets.hold.numpy() if given else np.stack([h.contact for h in hands])
+    return replace(laid, rotations=steady_limbs(body, laid.root, out, ARMS, held, free))
 
 
 def interaction_targets(

@@ -22,13 +22,12 @@ from omomo_core.generation.decoding import (
     assemble_people,
     balance_weight,
     face_palms,
-    lay_palms,
+    finish_arms,
 )
 from omomo_core.generation.generation_config import CORRECTION
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
 from omomo_core.generation.person import Person, join, stretch
 from omomo_core.generation.solving.bodies import solve_bodies
-from omomo_core.generation.solving.free_hands import lead_hands_out
 from omomo_core.geometry.runs import min_jerk, runs
 from omomo_core.motion import HandMotion, HumanMotion
 
@@ -142,12 +141,10 @@ def _solved(
         _tensor(x)[None] for x in (part.human.root, part.human.rotations, part.human.foot_contact)
     )
     solved = solve_bodies(body, root, R, feet, targets, free=_tensor(free[rows]))
-    solved = lay_palms(body, solved, targets, [part.segments], _tensor(free[rows]))
-    out = lead_hands_out(body, solved.root, solved.rotations, targets.hold, _tensor(free[rows]))
-    solved = replace(solved, rotations=out)
     held = HandMotion(hands.palms[rows], hands.contact[rows])
-    planted = part.human.foot_contact
     T, segments = targets.T_world_object, [part.segments]
+    solved = finish_arms(body, solved, targets, [held], segments, _tensor(free[rows]))
+    planted = part.human.foot_contact
     return assemble_people(body, solved, planted[None], [held], segments, T, obstacle)[0]
 
 

@@ -65,6 +65,17 @@ test("its surface is read out of interleaved numbers, and the object is not of i
   assert.deepEqual([part.color, part.cutoff], [[1, 0, 0], 0.3]);
 });
 
+test("whole numbers keep their size unless they are parts of one", () => {
+  const [place, ...others] = SCENE.accessors;
+  // The bytes of the number 1 are 0, 0, -128, 63.
+  const bytes = (/** @type {object} */ more) => ({
+    ...SCENE, accessors: [{ ...place, componentType: 5120, ...more }, ...others],
+  });
+  const places = (/** @type {object} */ scene) => [...new Character(glb(scene)).parts[0].columns[0].data];
+  assert.deepEqual(places(bytes({})).slice(3, 6), [0, 0, -128]);
+  assert.deepEqual(places(bytes({ normalized: true })).slice(3, 6), [0, 0, -1]);
+});
+
 test("what cannot be shown is refused in a sentence", () => {
   const stiff = { ...SCENE, nodes: [{ mesh: 0 }] };
   assert.throws(() => new Character(glb({ ...stiff, animations: [] })), /no surface that its bones move/);

@@ -221,8 +221,8 @@ class Glb {
     const { componentType, normalized } = this.json.accessors[number];
     const found = this.numbers(number);
     if (found instanceof Float32Array) return found;
-    const largest = normalized ? LARGEST[componentType] : 1;
-    return Float32Array.from(found, (value) => Math.max(value / largest, -1));
+    if (!normalized) return Float32Array.from(found);
+    return Float32Array.from(found, (value) => Math.max(value / LARGEST[componentType], -1));
   }
 
   /** Numbers of an accessor, without gaps. @param {number} number @returns {Numbers} */
