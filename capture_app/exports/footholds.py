@@ -3,6 +3,7 @@
 Each limb reaches while the hips are within a ball around a point, and a foothold moves as a whole while
 its foot stands. So the hips and footholds of the least overstretch are those of a convex problem, and
 no foot that stands slides. A foot in the air passes from the shift of one foothold to that of the next.
+Shoulders turn towards what arms still do not reach.
 """
 
 from dataclasses import dataclass
@@ -11,24 +12,27 @@ import numpy as np
 import torch
 from jaxtyping import Bool, Float, Int
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+from scipy.spatial.transform import Rotation
 from torch import Tensor
 
 from omomo_core.body.body_config import LIMB
-from omomo_core.body.kinematics import joints_of
+from omomo_core.body.kinematics import COLLARS, joints_of
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.runs import min_jerk, runs
 
-HIPS, _SHOULDERS = (1, 2), (16, 17)
-_ARM, _LEG = 3e4, 3e5
+HIPS, _SHOULDERS = (1, 2), tuple(COLLARS.values())
+_ARM, _LEG = 1e4, 1e5
 """Costs of the squared overstretch of a limb, 1/m2. Where both cannot reach, arms fall short first."""
-_HASTE = 8e-3
+_HASTE = 0.1
 """Cost of the squared acceleration of the hips' shift, s4/m2."""
-_AWAY = 3.0
+_AWAY = 30.0
 """Cost of the squared shift of the hips, 1/m2."""
-_BESIDE = 1.0
+_BESIDE = 3.0
 """Cost of the squared shift of a foot beside that of the hips, 1/m2: strides keep their shape."""
 _FOLDED = 0.2
 """Share of a leg's length below which hips do not sink towards an ankle."""
+_SHRUG = np.radians(25.0)
+"""Largest turn of a collar."""
 _ITERATIONS = 400
 
 _Points = Float[np.ndarray, "frames 3"]
@@ -92,6 +96,25 @@ def within_reach(
     root = root + moves
     way = joints_of(body, root, R)[:, HIPS] - ankles
     return root - _drop(body, way, goals.stands)[:, None] * [0.0, 0.0, 1.0], ankles
+
+
+def raised_shoulders(
+    body: BodyModel, root: _Points, R: Float[np.ndarray, "frames 22 3 3"], goals: Goals
+) -> Float[np.ndarray, "frames 22 3 3"]:
+    """Return the rotations with collars turned as far as arms are too short, within limits."""
+    joints, turned = joints_of(body, root, R), R.copy()
+    wrists = goals.palms - joints[:, 22:24] + joints[:, 20:22]
+    arm = LIMB.stretch * limb_length(body, 16, 18, 20)
+    for side, (collar, shoulder) in enumerate(COLLARS.items()):
+        bone = joints[:, shoulder] - joints[:, collar]
+        way = wrists[:, side] - joints[:, collar]
+        axis, sizes = np.cross(bone, way), np.linalg.norm([bone, way], axis=-1).clip(min=1e-6)
+        cosines = (bone * way).sum(axis=1), ((sizes**2).sum(axis=0) - arm**2) / 2
+        now, wanted = np.arccos((np.stack(cosines) / sizes.prod(axis=0)).clip(-1.0, 1.0))
+        turn = (now - wanted).clip(0.0, _SHRUG) * goals.hold[:, side]
+        axis *= (turn / np.linalg.norm(axis, axis=1).clip(min=1e-6))[:, None]
+        turned[:, collar] = Rotation.from_rotvec(axis).as_matrix() @ R[:, collar]
+    return turned
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from jaxtyping import Bool, Float, Int
 from capture_app.exports.bones import global_rotations, skin_of
 from capture_app.exports.contact_spans import contact_spans
 from capture_app.exports.exported_take import Y_UP, Take, pose, rest_locals
-from capture_app.exports.footholds import HIPS, Goals, leg_length, within_reach
+from capture_app.exports.footholds import HIPS, Goals, leg_length, raised_shoulders, within_reach
 from capture_app.exports.resample import ANKLES, ARMS, LEGS, TOES, Sampled, solved
 from capture_app.exports.target_skeleton import Target
 from omomo_core.body.kinematics import (
@@ -246,6 +246,8 @@ def refit(
     start = _scaled_root(human, body, fitted, turned)
     goals = Goals(ankles, stands, palms, hold)
     root, ankles = within_reach(fitted, start, turned, goals, sampled.fps)
+    if set(COLLARS) <= set(shape.driven):
+        turned = raised_shoulders(fitted, root, turned, goals)
     for side in range(2):
         turned = solved(fitted, root, turned, LEGS[side], ankles[:, side])
         turned = solved(fitted, root, turned, ARMS[side], palms[:, side], hold[:, side])

@@ -5,7 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from capture_app.exports.footholds import HIPS, Goals, leg_length, limb_length, within_reach
+from capture_app.exports.footholds import (
+    HIPS,
+    Goals,
+    leg_length,
+    limb_length,
+    raised_shoulders,
+    within_reach,
+)
 from omomo_core.body.body_config import LIMB
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
@@ -71,7 +78,7 @@ def test_feet_go_along_with_hips_and_stand_still(small: BodyModel, fps: float) -
         for start, stop in runs(goals.stands[:, side]):
             assert np.ptp(ankles[start:stop, side], axis=0).max() < 1e-9
     np.testing.assert_array_equal(ankles[..., 2], goals.ankles[..., 2])
-    assert (ankles - goals.ankles)[..., 1].max() < -0.2
+    assert (ankles - goals.ankles)[..., 1].max() < -0.1
 
 
 def test_feet_stay_on_the_floor_where_arms_cannot_reach(small: BodyModel) -> None:
@@ -89,3 +96,14 @@ def test_hips_do_not_sink_into_the_feet(small: BodyModel) -> None:
     moved, ankles = within_reach(small, root, R, low, 30.0)
     height = joints_of(small, moved, R)[:, HIPS, 2] - ankles[..., 2]
     assert height.min() > 0.15 * leg_length(small)
+
+
+def test_shoulders_turn_as_far_as_arms_are_too_short(small: BodyModel) -> None:
+    root, R, goals = walking(small, ahead=0.315)
+    before, _ = stretch(small, root, R, goals, goals.ankles)
+    turned = raised_shoulders(small, root, R, goals)
+    after, _ = stretch(small, root, turned, goals, goals.ankles)
+    assert before.min() > 1.02
+    np.testing.assert_allclose(after, LIMB.stretch, atol=1e-6)
+    near = walking(small, ahead=0.2)
+    np.testing.assert_array_equal(raised_shoulders(small, *near), near[1])
