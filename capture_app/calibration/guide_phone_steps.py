@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import igl
 import numpy as np
 
 from capture_app.calibration.guide_steps import (
@@ -31,6 +30,7 @@ from ingest.calibration.session_mount import load_scan
 from ingest.colmap import read_model
 from ingest.mesh import load_mesh
 from omomo_core.errors import InputError
+from omomo_core.geometry.surface import inside_mesh
 from omomo_core.motion import ObjectMesh
 
 AXES = (
@@ -340,8 +340,7 @@ def _faces_inwards(mesh: ObjectMesh, board: Board, fit: BoardPlace) -> bool:
     """Whether the object is before the board and not behind it; its z goes into the paper."""
     local = np.array([[board.width / 2, board.height / 2, z, 1.0] for z in (-_BESIDE, _BESIDE)])
     at = (local @ fit.T_object_board.T)[:, :3]
-    vertices, faces = mesh.vertices.astype(np.float64), mesh.faces.astype(np.int64)
-    before, behind = np.abs(np.asarray(igl.fast_winding_number(vertices, faces, at))) > 0.5
+    before, behind = inside_mesh(mesh, at)
     return bool(before and not behind)
 
 

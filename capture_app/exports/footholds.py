@@ -21,33 +21,36 @@ from omomo_core.body.model import BodyModel
 from omomo_core.geometry.runs import min_jerk, runs
 
 HIPS, _SHOULDERS = (1, 2), tuple(COLLARS.values())
-_ARM, _LEG = 1e4, 1e5
-"""Costs of the squared overstretch of a limb, 1/m2. Where both cannot reach, arms fall short first."""
-_HASTE = 0.1
+_ARM_STRETCH = 1e4
+"""Cost of the squared overstretch of an arm, 1/m2. Where both cannot reach, arms fall short first."""
+_LEG_STRETCH = 1e5
+"""Cost of the squared overstretch of a leg, 1/m2."""
+_ACCELERATION = 0.1
 """Cost of the squared acceleration of the hips' shift, s4/m2."""
-_AWAY = 30.0
+_SHIFT = 30.0
 """Cost of the squared shift of the hips, 1/m2."""
-_BESIDE = 3.0
+_STRIDE = 3.0
 """Cost of the squared shift of a foot beside that of the hips, 1/m2: strides keep their shape."""
-_FOLDED = 0.2
+_SHORTEST_LEG = 0.2
 """Share of a leg's length below which hips do not sink towards an ankle."""
-_SHRUG = np.radians(25.0)
-"""Largest turn of a collar."""
+_COLLAR_TURN = np.radians(25.0)
+"""Largest turn of a collar, radians."""
 _ITERATIONS = 400
+"""Most iterations of the solver."""
 
 _Points = Float[np.ndarray, "frames 3"]
 _Pairs = Float[np.ndarray, "frames 2 3"]
 
 
 @dataclass(frozen=True)
-class Goals:
-    """What the limbs of a body shall reach, left and right; world, metres."""
+class LimbTargets:
+    """Places that left and right limbs of a body are to reach; world, metres."""
 
     ankles: _Pairs
     stands: Bool[np.ndarray, "frames 2"]
     palms: _Pairs
     hold: Float[np.ndarray, "frames 2"]
-    """How much a palm shall be there, from 0 to 1."""
+    """How firmly a palm holds its place, in [0, 1]."""
 
 
 def limb_length(body: BodyModel, *chain: int) -> float:
@@ -65,45 +68,45 @@ def within_reach(
     body: BodyModel,
     root: _Points,
     R: Float[np.ndarray, "frames 22 3 3"],
-    goals: Goals,
+    targets: LimbTargets,
     fps: float,
 ) -> tuple[_Points, _Pairs]:
-    """Move hips and footholds as little and as smoothly as limbs need that are too short.
+    """Return hips and footholds, moved as little and as smoothly as limbs that are too short need.
 
     Args:
         body: whose limbs.
         root: pelvis, world, metres.
         R: global rotations of the body joints, which stay.
-        goals: for its limbs.
+        targets: of its limbs.
         fps: frames a second.
 
     Returns:
         The pelvis, from where legs that stand reach, and the ankles.
     """
     joints = joints_of(body, root, R)
-    carried = goals.palms - joints[:, 22:24] + joints[:, 20:22]
+    carried = targets.palms - joints[:, 22:24] + joints[:, 20:22]
     problem = _Problem(
         root=torch.from_numpy(root),
         arms=torch.from_numpy(root[:, None] + carried - joints[:, _SHOULDERS]),
-        legs=torch.from_numpy(root[:, None] + goals.ankles - joints[:, HIPS]),
-        hold=torch.from_numpy(goals.hold),
-        stands=torch.from_numpy(goals.stands),
+        legs=torch.from_numpy(root[:, None] + targets.ankles - joints[:, HIPS]),
+        hold=torch.from_numpy(targets.hold),
+        stands=torch.from_numpy(targets.stands),
         lengths=(limb_length(body, 16, 18, 20), leg_length(body)),
         fps=fps,
     )
-    moves, shifts = _least_stretch(problem, _passages(goals.stands))
-    ankles = goals.ankles + np.pad(shifts, ((0, 0), (0, 0), (0, 1)))
+    moves, shifts = _least_stretch(problem, _foothold_blend(targets.stands))
+    ankles = targets.ankles + np.pad(shifts, ((0, 0), (0, 0), (0, 1)))
     root = root + moves
     way = joints_of(body, root, R)[:, HIPS] - ankles
-    return root - _drop(body, way, goals.stands)[:, None] * [0.0, 0.0, 1.0], ankles
+    return root - _drop(body, way, targets.stands)[:, None] * [0.0, 0.0, 1.0], ankles
 
 
 def raised_shoulders(
-    body: BodyModel, root: _Points, R: Float[np.ndarray, "frames 22 3 3"], goals: Goals
+    body: BodyModel, root: _Points, R: Float[np.ndarray, "frames 22 3 3"], targets: LimbTargets
 ) -> Float[np.ndarray, "frames 22 3 3"]:
     """Return the rotations with collars turned as far as arms are too short, within limits."""
     joints, turned = joints_of(body, root, R), R.copy()
-    wrists = goals.palms - joints[:, 22:24] + joints[:, 20:22]
+    wrists = targets.palms - joints[:, 22:24] + joints[:, 20:22]
     arm = LIMB.stretch * limb_length(body, 16, 18, 20)
     for side, (collar, shoulder) in enumerate(COLLARS.items()):
         bone = joints[:, shoulder] - joints[:, collar]
@@ -111,7 +114,7 @@ def raised_shoulders(
         axis, sizes = np.cross(bone, way), np.linalg.norm([bone, way], axis=-1).clip(min=1e-6)
         cosines = (bone * way).sum(axis=1), ((sizes**2).sum(axis=0) - arm**2) / 2
         now, wanted = np.arccos((np.stack(cosines) / sizes.prod(axis=0)).clip(-1.0, 1.0))
-        turn = (now - wanted).clip(0.0, _SHRUG) * goals.hold[:, side]
+        turn = (now - wanted).clip(0.0, _COLLAR_TURN) * targets.hold[:, side]
         axis *= (turn / np.linalg.norm(axis, axis=1).clip(min=1e-6))[:, None]
         turned[:, collar] = Rotation.from_rotvec(axis).as_matrix() @ R[:, collar]
     return turned
@@ -139,26 +142,30 @@ class _Problem:
         """Return the cost of shifts of the pelvis, and of the ankles over the floor."""
         root = (self.root + moves)[:, None]
         legs = self.legs + torch.nn.functional.pad(shifts, (0, 1))
-        lowest = torch.minimum(self.root[:, None, 2], legs[..., 2] + _FOLDED * self.lengths[1])
+        lowest = torch.minimum(
+            self.root[:, None, 2], legs[..., 2] + _SHORTEST_LEG * self.lengths[1]
+        )
         parts = (
-            (_ARM, _overstretch(root - self.arms, self.lengths[0]) * self.hold),
-            (_LEG, _overstretch(root - legs, self.lengths[1]) * self.stands),
-            (_LEG, (lowest - root[..., 2]).clamp(min=0.0)),
-            (_HASTE, moves.diff(n=2, dim=0) * self.fps**2),
-            (_AWAY, moves),
-            (_BESIDE, shifts - moves[:, None, :2]),
+            (_ARM_STRETCH, _overstretch(root - self.arms, self.lengths[0]) * self.hold),
+            (_LEG_STRETCH, _overstretch(root - legs, self.lengths[1]) * self.stands),
+            (_LEG_STRETCH, (lowest - root[..., 2]).clamp(min=0.0)),
+            (_ACCELERATION, moves.diff(n=2, dim=0) * self.fps**2),
+            (_SHIFT, moves),
+            (_STRIDE, shifts - moves[:, None, :2]),
         )
         return torch.stack([cost * part.square().sum() for cost, part in parts]).sum() / self.fps
 
 
-_Passages = tuple[Int[Tensor, "frames 2"], Int[Tensor, "frames 2"], Float[Tensor, "frames 2 1"]]
+_FootholdBlend = tuple[
+    Int[Tensor, "frames 2"], Int[Tensor, "frames 2"], Float[Tensor, "frames 2 1"]
+]
 
 
 def _least_stretch(
-    problem: _Problem, passages: _Passages
+    problem: _Problem, blend: _FootholdBlend
 ) -> tuple[_Points, Float[np.ndarray, "frames 2 2"]]:
     """Return the shifts of the pelvis, and of the ankles over the floor, that cost least."""
-    before, after, share = passages
+    before, after, share = blend
     moves = torch.zeros_like(problem.root, requires_grad=True)
     places = moves.new_zeros(int(after.max()) + 1, 2).requires_grad_()
     solver = torch.optim.LBFGS(
@@ -183,8 +190,11 @@ def _overstretch(way: Float[Tensor, "frames 2 3"], length: float) -> Float[Tenso
     return (torch.linalg.vector_norm(way, dim=-1) - LIMB.stretch * length).clamp(min=0.0)
 
 
-def _passages(stands: Bool[np.ndarray, "frames 2"]) -> _Passages:
-    """The footholds between which each foot is, and its share of the way; numbers of the right go on."""
+def _foothold_blend(stands: Bool[np.ndarray, "frames 2"]) -> _FootholdBlend:
+    """Return the footholds between which each foot is, and its share of the way from one to the next.
+
+    Footholds are numbered, those of the left foot first.
+    """
     along, last, first = np.zeros(stands.shape), np.zeros(stands.shape, int), 0
     for side in range(2):
         spans = list(runs(stands[:, side])) or [(0, len(stands))]

@@ -12,7 +12,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-import igl
 import numpy as np
 import torch
 from jaxtyping import Bool, Float, Int
@@ -20,7 +19,13 @@ from jaxtyping import Bool, Float, Int
 from capture_app.exports.bones import global_rotations, skin_of
 from capture_app.exports.contact_spans import contact_spans
 from capture_app.exports.exported_take import Y_UP, Take, pose, rest_locals
-from capture_app.exports.footholds import HIPS, Goals, leg_length, raised_shoulders, within_reach
+from capture_app.exports.footholds import (
+    HIPS,
+    LimbTargets,
+    leg_length,
+    raised_shoulders,
+    within_reach,
+)
 from capture_app.exports.resample import ANKLES, ARMS, LEGS, TOES, Sampled, solved
 from capture_app.exports.target_skeleton import Target
 from omomo_core.body.kinematics import (
@@ -33,6 +38,7 @@ from omomo_core.body.kinematics import (
 )
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.runs import min_jerk, runs
+from omomo_core.geometry.surface import inside_mesh
 from omomo_core.geometry.transforms import shortest_turn, to_local
 from omomo_core.motion import FPS, HumanMotion, ObjectMotion
 from omomo_core.skeleton import ALL_JOINTS, ALL_PARENTS, joint
@@ -244,10 +250,10 @@ def refit(
     hold = _hold(human.hand_contact > 0.5, sampled.fps)
     stands = (human.foot_contact[:, :2] > 0.5) | (human.foot_contact[:, 2:] > 0.5)
     start = _scaled_root(human, body, fitted, turned)
-    goals = Goals(ankles, stands, palms, hold)
-    root, ankles = within_reach(fitted, start, turned, goals, sampled.fps)
+    targets = LimbTargets(ankles, stands, palms, hold)
+    root, ankles = within_reach(fitted, start, turned, targets, sampled.fps)
     if set(COLLARS) <= set(shape.driven):
-        turned = raised_shoulders(fitted, root, turned, goals)
+        turned = raised_shoulders(fitted, root, turned, targets)
     for side in range(2):
         turned = solved(fitted, root, turned, LEGS[side], ankles[:, side])
         turned = solved(fitted, root, turned, ARMS[side], palms[:, side], hold[:, side])
@@ -338,7 +344,7 @@ def _notes(
 
 
 def _head_notes(sampled: Sampled, joints: Float[np.ndarray, "frames 24 3"]) -> tuple[str, ...]:
-    """Say for how long the head is inside the object and was not."""
+    """Return a sentence that says for how long the head is inside the object and was not before."""
     enters = _head_inside(sampled.object_motion, joints)
     enters &= ~_head_inside(sampled.object_motion, sampled.human.joints)
     if not enters.any():
@@ -351,6 +357,5 @@ def _head_inside(
     moved: ObjectMotion, joints: Float[np.ndarray, "frames 24 3"]
 ) -> Bool[np.ndarray, " frames"]:
     points = to_local(moved.T_world_object, joints[:, _HEAD].astype(np.float64)).reshape(-1, 3)
-    vertices, faces = moved.mesh.vertices.astype(np.float64), moved.mesh.faces.astype(np.int64)
-    turns = np.asarray(igl.fast_winding_number(vertices, faces, points)).reshape(-1, len(_HEAD))
-    return np.asarray(np.any(np.abs(turns) > 0.5, axis=1))
+    inside = inside_mesh(moved.mesh, points).reshape(-1, len(_HEAD))
+    return inside[:, 0] | inside[:, 1]

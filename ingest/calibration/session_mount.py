@@ -20,6 +20,7 @@ from ingest.mount import Mount
 from ingest.session import CaptureSession
 from ingest.uncertainty import between, of_inverse, of_product
 from omomo_core.errors import InputError, in_words
+from omomo_core.geometry.surface import inside_mesh
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import ObjectMesh
 
@@ -210,7 +211,7 @@ def _check_place(session: CaptureSession, mesh: ObjectMesh, mount: Mount) -> Non
     vertices, faces = mesh.vertices.astype(np.float64), mesh.faces.astype(np.int64)
     kind = igl.SIGNED_DISTANCE_TYPE_UNSIGNED
     distance = np.asarray(igl.signed_distance(phone, vertices, faces, sign_type=kind)[0]).item()
-    inside = abs(np.asarray(igl.fast_winding_number(vertices, faces, phone)).item()) > 0.5
+    inside = inside_mesh(mesh, phone).item()
     if distance < (_DEEP if inside else _FAR):
         return
     raise InputError(

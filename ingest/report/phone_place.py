@@ -14,6 +14,7 @@ from jaxtyping import Float64
 from ingest.mount import Mount
 from ingest.report.take_report import Check, grade, graded, worst
 from ingest.trajectory.object_motion import ObjectTake
+from omomo_core.geometry.surface import inside_mesh
 from omomo_core.geometry.transforms import apply, inverse
 from omomo_core.motion import ObjectMesh
 
@@ -68,8 +69,7 @@ def phone_place(mesh: ObjectMesh, mount: Mount) -> PhonePlace:
     distance = np.asarray(igl.signed_distance(points, vertices, faces, sign_type=kind)[0]).reshape(
         -1
     )
-    turns = np.asarray(igl.fast_winding_number(vertices, faces, points)).reshape(-1)
-    inside = np.abs(turns) > 0.5
+    inside = inside_mesh(mesh, points)
     return PhonePlace(
         float(distance.min()),
         float((distance * inside).max()),

@@ -139,3 +139,17 @@ def _split_seams(surface: SplitSurface, uv: Float[np.ndarray, "faces 3 2"]) -> S
     return SplitSurface(
         surface.vertices[kept], surface.normals[kept], faces.reshape(-1, 3), flat[first]
     )
+
+
+def inside_mesh(
+    mesh: ObjectMesh, points: Float[np.ndarray, "points 3"]
+) -> Bool[np.ndarray, " points"]:
+    """Return which points are inside a mesh that may have holes (generalised winding number).
+
+    Args:
+        mesh: the object.
+        points: its frame, metres.
+    """
+    vertices, faces = mesh.vertices.astype(np.float64), mesh.faces.astype(np.int64)
+    turns = np.asarray(igl.fast_winding_number(vertices, faces, points)).reshape(-1)
+    return np.asarray(np.abs(turns) > 0.5)
