@@ -23,32 +23,37 @@ LimbName = Literal["left_arm", "right_arm", "left_leg", "right_leg"]
 
 
 @dataclass(frozen=True)
-class _Limb:
+class Limb:
+    """Joints of an arm or a leg, as indices of the model's joints."""
+
     upper: int
+    """Shoulder or hip."""
     middle: int
+    """Elbow or knee."""
     end: int
+    """Wrist or ankle."""
     hinge: tuple[float, float, float]
     """Axis of flexion in the rest pose: elbows bend forward from the T-pose, knees backward."""
     palm: int | None = None
 
 
-_LIMBS: dict[LimbName, _Limb] = {
-    "left_arm": _Limb(
+LIMBS: dict[LimbName, Limb] = {
+    "left_arm": Limb(
         joint("left_shoulder"),
         joint("left_elbow"),
         joint("left_wrist"),
         (0.0, -1.0, 0.0),
         PALM_JOINTS[0],
     ),
-    "right_arm": _Limb(
+    "right_arm": Limb(
         joint("right_shoulder"),
         joint("right_elbow"),
         joint("right_wrist"),
         (0.0, 1.0, 0.0),
         PALM_JOINTS[1],
     ),
-    "left_leg": _Limb(joint("left_hip"), joint("left_knee"), joint("left_ankle"), (1.0, 0.0, 0.0)),
-    "right_leg": _Limb(
+    "left_leg": Limb(joint("left_hip"), joint("left_knee"), joint("left_ankle"), (1.0, 0.0, 0.0)),
+    "right_leg": Limb(
         joint("right_hip"), joint("right_knee"), joint("right_ankle"), (1.0, 0.0, 0.0)
     ),
 }
@@ -83,7 +88,7 @@ def reach(
         The rotations with two joints changed, and how far in metres the solved limb (weight 1)
         misses its target because that is too far away, or too close.
     """
-    parts = _LIMBS[limb]
+    parts = LIMBS[limb]
     offset = body.rest_joints.to(rotations)
     bones = (offset[parts.middle] - offset[parts.upper], offset[parts.end] - offset[parts.middle])
     if parts.palm is not None:
@@ -115,7 +120,7 @@ def forearm_towards(
         R_fore: present global rotation of the elbow joint.
         wrist: where the wrist is to be, from the shoulder, world axes, metres.
     """
-    parts = _LIMBS[("left_arm", "right_arm")[side]]
+    parts = LIMBS[("left_arm", "right_arm")[side]]
     rest = body.rest_joints.to(wrist)
     bones = (rest[parts.middle] - rest[parts.upper], rest[parts.end] - rest[parts.middle])
     hinge = R_upper @ wrist.new_tensor(parts.hinge)

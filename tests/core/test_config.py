@@ -23,7 +23,7 @@ NO_SETTINGS = {
     },
     "omomo_core/body/trajectory_optimization/residuals.py": {"_BETWEEN", "_MASSES"},
     # Axes of hinges in the skeleton's rest pose.
-    "omomo_core/body/limbs.py": {"_LIMBS"},
+    "omomo_core/body/limbs.py": {"LIMBS"},
     # Directions that the words of a side name.
     "omomo_core/generation/selection/person_constraint.py": {"_AHEAD"},
     # Signs of a half turn.

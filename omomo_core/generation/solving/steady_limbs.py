@@ -14,38 +14,22 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from torch import Tensor
 
 from omomo_core.body.kinematics import forward_kinematics
-from omomo_core.body.limbs import LimbName, reach
+from omomo_core.body.limbs import LIMBS, LimbName, reach
 from omomo_core.body.model import BodyModel
 from omomo_core.generation.selection.selection_config import HUMAN_LIMITS
 from omomo_core.generation.selection.speed_limits import TURNING, measure_speeds
 from omomo_core.generation.solving.solving_config import STEADY_LIMBS
 from omomo_core.geometry.runs import runs
-from omomo_core.skeleton import joint
+from omomo_core.skeleton import PALM_JOINTS
 
 _LIMITS: dict[str, float] = asdict(HUMAN_LIMITS)
 
 
-@dataclass(frozen=True)
-class _Limb:
-    name: LimbName
-    side: int
-    upper: int
-    middle: int
-    tip: int
-    """Palm or ankle."""
-    quantities: tuple[str, ...]
-    """Fields of `SpeedLimits` that it must keep."""
-
-
-def _limb(name: LimbName) -> _Limb:
-    """Return the joints of a limb, and what must not be too fast."""
-    side, kind = name.split("_")
-    right = int(side == "right")
-    if kind == "arm":
-        upper, middle = joint(f"{side}_shoulder"), joint(f"{side}_elbow")
-        return _Limb(name, right, upper, middle, 22 + right, ("upper_arm", "forearm", "palm"))
-    upper, middle, ankle = (joint(f"{side}_{part}") for part in ("hip", "knee", "ankle"))
-    return _Limb(name, right, upper, middle, ankle, ("thigh", "shin", "ankle", "toe"))
+_QUANTITIES = {
+    "arm": ("upper_arm", "forearm", "palm"),
+    "leg": ("thigh", "shin", "ankle", "toe"),
+}
+"""Fields of `SpeedLimits` that limbs must keep."""
 
 
 @dataclass(frozen=True)
@@ -62,11 +46,13 @@ class _Swing:
         body: BodyModel,
         root: Float[Tensor, "frames 3"],
         rotations: Float[Tensor, "frames 22 3 3"],
-        limb: _Limb,
+        limb: LimbName,
     ) -> "_Swing":
+        side, kind = limb.split("_")
         joints = forward_kinematics(body, root, rotations).double().numpy()
         speeds = measure_speeds(joints, rotations[:, TURNING].double().numpy())
-        shares = [speeds[name][:, limb.side] / _LIMITS[name] for name in limb.quantities]
+        column = int(side == "right")
+        shares = [speeds[name][:, column] / _LIMITS[name] for name in _QUANTITIES[kind]]
         return _Swing(rotations, joints, np.max(shares, axis=0))
 
     def with_stretch(self, other: "_Swing", start: int, stop: int) -> "_Swing":
@@ -104,7 +90,7 @@ def steady_limbs(
     for k in range(len(out)):
         for n, name in enumerate(limbs):
             may = (1 - held[k, :, n]).clip(0, 1)
-            out[k] = _steadied(body, root[k], out[k], _limb(name), may, free.numpy())
+            out[k] = _steadied(body, root[k], out[k], name, may, free.numpy())
     return out
 
 
@@ -112,7 +98,7 @@ def _steadied(
     body: BodyModel,
     root: Float[Tensor, "frames 3"],
     rotations: Float[Tensor, "frames 22 3 3"],
-    limb: _Limb,
+    limb: LimbName,
     may_move: Float[np.ndarray, " frames"],
     free: Float[np.ndarray, " frames"],
 ) -> Float[Tensor, "frames 22 3 3"]:
@@ -143,7 +129,7 @@ def _smoothed(
     body: BodyModel,
     root: Float[Tensor, "frames 3"],
     swing: _Swing,
-    limb: _Limb,
+    limb: LimbName,
     width: float,
     bend: Float[np.ndarray, " frames"],
     tip: Float[np.ndarray, " frames"],
@@ -159,7 +145,9 @@ def _smoothed(
         bend: how far the direction in which elbow or knee points is smoothed, in [0, 1].
         tip: how far the way from shoulder to palm, or from hip to ankle, is.
     """
-    upper, middle, end = (swing.joints[:, k] for k in (limb.upper, limb.middle, limb.tip))
+    joints = LIMBS[limb]
+    tip_joint = joints.end if joints.palm is None else 22 + PALM_JOINTS.index(joints.palm)
+    upper, middle, end = (swing.joints[:, k] for k in (joints.upper, joints.middle, tip_joint))
 
     def over_time(x: Float[np.ndarray, "frames 3"], weight: Float[np.ndarray, " frames"]) -> Tensor:
         smooth = gaussian_filter1d(x, width, axis=0, mode="nearest")
@@ -176,7 +164,7 @@ def _smoothed(
         body,
         root[some],
         rotations[some],
-        limb.name,
+        limb,
         goal[some].to(rotations),
         pole[some].to(rotations),
     )
