@@ -52,7 +52,7 @@ export class Actor {
 
   /** Show a character, which does the same motion, in place of our body; null for our body again.
    *  @param {Character | null} character */
-  wear(character) {
+  setCharacter(character) {
     this.character?.dispose();
     this.character = null;
     character?.upload(this.gl, this.changed);

@@ -103,8 +103,8 @@ export class Viewer extends EventTarget {
 
   /** Show a character in place of our body in a slot; null for our body again.
    *  @param {number} slot @param {Character | null} character */
-  wear(slot, character) {
-    this.#actor(slot).wear(character);
+  setCharacter(slot, character) {
+    this.#actor(slot).setCharacter(character);
     this.#change();
   }
 

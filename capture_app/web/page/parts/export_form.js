@@ -86,7 +86,7 @@ async function show(file, number, { status, stage, signal }) {
   status.append(hint);
   try {
     const glb = await bytes(file.href, signal);
-    await stage.wear(glb, number - 1).catch((error) => {
+    await stage.showCharacter(glb, number - 1).catch((error) => {
       throw new ApiError(0, { code: "character", what: error.message, fix: "The file itself holds the motion: open it elsewhere." });
     });
   } catch (error) {

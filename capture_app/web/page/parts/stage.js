@@ -28,8 +28,9 @@ export class Stage extends EventTarget {
   film = null;
   /** @type {Owner | null} */
   picker = null;
-  /** A character of the visitor's, and the sample whose motion it does. @type {{character: Character, sample: number} | null} */
-  own = null;
+  /** A character of the visitor's, and the sample whose motion it does.
+   *  @type {{character: Character, sample: number} | null} */
+  ownCharacter = null;
   /** Whether the camera has been put where it shows most; from then on it is the user's. */
   aimed = false;
 
@@ -65,7 +66,7 @@ export class Stage extends EventTarget {
     this.bar = box("stage-bar");
     this.person = h(
       "select",
-      { on: { change: () => this.dress() } },
+      { on: { change: () => this.showPerson() } },
       h("option", { value: "own" }, "Character"),
       h("option", { value: "" }, "Our body"),
     );
@@ -121,7 +122,7 @@ export class Stage extends EventTarget {
       await viewer.load(pack, { slot, sample: scenes[slot].sample });
     }
     if (this.signal.aborted) return;
-    this.dress();
+    this.showPerson();
     const motion = !this.aimed && Boolean(viewer.pack(0)?.array("root"));
     if (motion) viewer.camera("follow");
     this.aimed = true;
@@ -147,31 +148,31 @@ export class Stage extends EventTarget {
 
   /** Show a character where a sample is shown alone. @param {ArrayBuffer} glb with that sample's motion
    *  @param {number} sample */
-  async wear(glb, sample) {
+  async showCharacter(glb, sample) {
     const { Character } = await import("/static/viewer/character.js");
-    this.own = { character: new Character(glb), sample };
+    this.ownCharacter = { character: new Character(glb), sample };
     this.person.value = "own";
     try {
-      this.dress();
+      this.showPerson();
     } catch (error) {
-      this.own = null;
-      this.dress();
+      this.ownCharacter = null;
+      this.showPerson();
       throw error;
     }
   }
 
   /** The person as it is chosen: the character, which does the motion of one sample, or our body. */
-  dress() {
-    const [scene] = this.scenes;
-    const fits = this.own !== null && this.scenes.length === 1 && this.own.sample === (scene.sample ?? 0);
-    this.who.hidden = !fits;
-    if (this.scenes.length) this.viewer?.wear(0, fits && this.person.value ? this.own?.character ?? null : null);
+  showPerson() {
+    const [scene, ...others] = this.scenes;
+    const own = scene && !others.length && this.ownCharacter?.sample === (scene.sample ?? 0) ? this.ownCharacter : null;
+    this.who.hidden = !own;
+    if (scene) this.viewer?.setCharacter(0, own && this.person.value ? own.character : null);
   }
 
   /** The scene that is shown, with another motion, which is not the character's. @param {Pack} pack */
   revise(pack) {
-    this.own = null;
-    this.dress();
+    this.ownCharacter = null;
+    this.showPerson();
     this.viewer?.revise(0, pack);
     for (const timeline of this.timelines) timeline.pack = pack;
     this.dispatchEvent(new Event("revised"));
