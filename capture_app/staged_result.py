@@ -135,7 +135,7 @@ def draw_video(request: ResultRequest, progress: Progress = silent) -> None:
         InputError: see `render_result`; the result stays as it is.
     """
     if request.video is not None:
-        # It loads readers of films, half a second of a run that draws none.
+        # It loads readers of films: a third of a second of a run that draws none.
         from capture_app.rendering import render_result
 
         render_result(request.video, progress)

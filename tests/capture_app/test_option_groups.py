@@ -6,6 +6,8 @@ from typing import Any
 import pytest
 
 from capture_app.commands.inputs import OptionGroup
+from capture_app.commands.run import RunRequest
+from omomo_core.generation.generation_options import GenerationOptions
 from tests.commands import commands
 
 
@@ -34,3 +36,10 @@ def test_commands_share_the_groups(name: str):
     reading = panels(name)[OptionGroup.READING]
     assert set(reading) <= set(panels("run")[OptionGroup.READING])
     assert "--up" in reading
+
+
+def test_commands_take_as_many_steps_as_the_generator():
+    steps = RunRequest.model_fields["steps"].default
+    assert steps == GenerationOptions.steps
+    options = {option.name: option for option in commands()["evaluate"].params}
+    assert options["steps"].default == steps
